@@ -90,12 +90,13 @@ def upper(system: lp.System) -> list[str]:
         counts[name] for name in ("equations", "after alias elimination", "states")
     )
     code = ("class Lift(lp.Component):", "    rotor = Inertia(J=0.02)", "    gear = IdealGear(...)")
-    code += ("    shaft = SpringDamper(...)", "    brake = Brake(...)", "    def connections(...)")
+    code += ("    shaft = SpringDamper(...)", "    brake = Brake(...)", "    ...")
+    code += ("    def connections(self): ...",)
     lines = panel(20, 20, 250, 190, "Class", "language")
     lines += [
         text(
             34,
-            72 + 21 * i,
+            66 + 20 * i,
             line,
             font_family="monospace",
             font_size=12,
@@ -118,8 +119,10 @@ def upper(system: lp.System) -> list[str]:
     formulas += (("0 < g(x, p, t, m)", "margins to the next event"),)
     formulas += (("y = h(x, p, t, m)", "all other quantities"),)
     for i, (formula, words) in enumerate(formulas):
-        lines.append(text(814, 72 + 46 * i, formula, font_family="monospace"))
-        lines.append(text(814, 90 + 46 * i, words, fill=SOFT))
+        lines.append(text(814, 64 + 38 * i, formula, font_family="monospace"))
+        lines.append(text(814, 81 + 38 * i, words, fill=SOFT))
+    lines.append(text(814, 180, "x states, p parameters, t time,"))
+    lines.append(text(814, 198, "m: stuck, sliding, open, ..."))
     return lines + [arrow((x, 115), (x + 26, 115)) for x in (272, 512, 772)]
 
 
@@ -171,12 +174,17 @@ def middle(system: lp.System) -> list[str]:
         *lines,
         arrow((920, 212), (920, 246)),
         arrow((860, 212), (860, 230), (355, 230), (355, 246)),
+        arrow((720, 275), (694, 275)),
     ]
 
 
 def lower() -> list[str]:
     """What is made of runs and points."""
-    lines = [arrow((355, 492), (355, 526)), arrow((880, 492), (880, 526))]
+    lines = [
+        arrow((355, 492), (355, 510)),
+        arrow((880, 492), (880, 510)),
+        f'<path d="M20 524V514H1040V524" fill="none" stroke="{SOFT}" stroke-width="2"/>',
+    ]
     for i, (folders, *words) in enumerate(USES):
         x, y = 20 + 259 * (i % 4), 530 + 82 * (i // 4)
         lines.append(f'<rect x="{x}" y="{y}" width="243" height="70" rx="8" fill="{PAPER}"/>')

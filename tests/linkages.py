@@ -1,10 +1,11 @@
 """Closed linkages that several tests use."""
 
 import numpy as np
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import Inertia
+from lumped.components.translation import Force, Mass
 from lumped.ops import cos, sin, sqrt
 
 
@@ -57,6 +58,18 @@ class Rod(lp.Component):
         yield self.x.s**2 + self.y.s**2 == self.length**2
         yield self.x.f == self.pull * self.x.s
         yield self.y.f == self.pull * self.y.s
+
+
+def pendulum(v):
+    """A mass on a rod, in coordinates across and down, with a speed at its lowest place."""
+    return in_rows(
+        "across.flange_a rod.x",
+        "down.flange_a rod.y weight.flange",
+        across=Mass(m=1.0, s=0.0, v=v),
+        down=Mass(m=1.0, s=2.0),
+        rod=Rod(),
+        weight=Force(f=9.81),
+    )
 
 
 def four_bar(**starts):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from refusals import message
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import Gain, Inertia
@@ -64,6 +65,15 @@ def test_what_was_left_out_is_said_when_asked_for(two_mass):
         ({"until": 1.0, "grid": [[0.0, 1.0]]}, "grid = [[0.0, 1.0]]"),
         ({"until": 1.0, "grid": [0.0, None]}, "grid = [0.0, None]"),
         ({"until": 1.0, "grid": object()}, "grid = "),
+        ({"until": 1.0, "grid": "10"}, "grid = "),
+        ({"until": 1.0, "method": 5}, "method"),
+        ({"until": 1.0, "max_steps": 0}, "max_steps"),
+        ({"until": 1.0, "max_steps": 1.5}, "max_steps"),
+        ({"until": 1.0, "certify": "yes"}, "certify"),
+        ({"until": 1.0, "parameters": 5}, "parameters"),
+        ({"until": 1.0, "parameters": [("a.J", 1.0)]}, "parameters"),
+        ({"until": 1.0, "parameters": {3: 1.0}}, "parameters"),
+        ({"until": 1.0, "start": "a.w"}, "start"),
         ({"until": [1.0, 2.0]}, "until = [1.0, 2.0]: a finite number or a text"),
         ({"until": None}, "until = None: a finite number or a text"),
     ],
@@ -159,13 +169,7 @@ def test_a_run_that_takes_too_many_steps_says_so(two_mass):
 
 def test_a_loop_of_signals_of_gain_one_is_told_as_such():
     parts = {"first": Gain(k=0.5), "second": Gain(k=2.0)}
-    rig = lp.compose(
-        **parts,
-        connections=lambda m: [
-            lp.connect(m.first.y, m.second.u),
-            lp.connect(m.second.y, m.first.u),
-        ],
-    )
+    rig = in_rows("first.y second.u", "second.y first.u", **parts)
     text = message(lambda: lp.start_point(lp.assemble(rig))["first.y"], SingularModelError)
     assert "first, second form a loop of signals whose gain is 1" in text
     assert "Filter" in text

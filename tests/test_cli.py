@@ -135,20 +135,14 @@ def test_unknown_machine_is_answered_with_the_nearest_name(capsys: pytest.Captur
     assert "reversing_mill" in received.err.partition("Nearest:")[2]
 
 
-def test_unwritable_file_is_answered_with_its_name(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
-    assert main(["run", "reversing_mill", "--json", str(tmp_path)]) == 2
-    assert str(tmp_path) in capsys.readouterr().err
-
-
-def test_file_in_place_of_the_plot_folder_is_answered_with_its_name(
+def test_a_folder_or_a_file_in_place_of_the_other_is_answered_with_its_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     file = tmp_path / "taken"
     file.touch()
-    assert main(["run", "reversing_mill", "--plot", str(file)]) == 2
-    assert str(file) in capsys.readouterr().err
+    for option, path in (("--json", tmp_path), ("--plot", file)):
+        assert main(["run", "reversing_mill", option, str(path)]) == 2
+        assert str(path) in capsys.readouterr().err
 
 
 def test_a_parameter_is_changed_from_the_command_line(

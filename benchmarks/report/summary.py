@@ -69,8 +69,8 @@ def summary() -> list[tuple[str, str, str]]:
     )
     ratios = {row["what"]: row["over heyoka"] for row in rows("series")}
     a_run = fill_in(
-        "a run costs {lanes over C} of one in C, {lanes over fastest C} of one in C in vector "
-        "registers",
+        "a run takes {lanes over C} times as long as in scalar C, {lanes over fastest C} times as "
+        "long as in C with vector registers",
         "ensembles",
         task="a",
         rtol="1e-06",
@@ -90,7 +90,7 @@ def summary() -> list[tuple[str, str, str]]:
             "; ".join(map(fastest_peer, (THREE, ROW))),
         ),
         (
-            "call without options: time over that of the fastest method at the same accuracy",
+            "method chosen by itself: time over that of the fastest method at the same accuracy",
             "default_call",
             f"two masses {two}, three masses {three}",
         ),

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from networkx.utils import UnionFind
-
 from lumped.compiler.system import System
 from lumped.flattening.connection_sets import Joints, join
 from lumped.flattening.tree import Tree
@@ -165,6 +163,8 @@ class _Builder:
         return self.ports[number, name]
 
     def _port_nets(self) -> Iterable[Net]:
+        from networkx.utils import UnionFind
+
         tree = self.tree
         joined: dict[_Terminal, int] = {}
         for g, (flows, signs, _) in enumerate(self.joints.sums):
@@ -194,6 +194,8 @@ class _Builder:
         return nets.values()
 
     def _signal_nets(self) -> Iterable[Net]:
+        from networkx.utils import UnionFind
+
         tree = self.tree
         joined = UnionFind()
         for a, b, _ in self.joints.equal:

@@ -8,10 +8,8 @@ signal blocks above all. A frame is one block in the frame around it.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Iterator
-
-import networkx as nx
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator, Mapping
 
 from lumped.drawing.netlist import SIGNAL, Frame, Item, Net, Netlist
 from lumped.drawing.shaft_line import MECHANICAL, Group, Nets, Placed, find_place, is_aside
@@ -118,6 +116,8 @@ def _layer(
     Where signals go in a circle, the block that is declared first comes first. A block without
     inputs stands just before the first one that listens to it.
     """
+    import networkx as nx
+
     graph = nx.DiGraph()
     graph.add_nodes_from(parts)
     for net, members in nets:
@@ -127,7 +127,7 @@ def _layer(
             (a, b) for a in here if not sources.isdisjoint(members[a]) for b in here if b is not a
         )
     layer: dict[Item | Frame, int] = {}
-    for part in _order_blocks(graph):
+    for part in _order_blocks(graph.succ):
         layer[part] = max((layer[b] + 1 for b in graph.pred[part] if b in layer), default=0)
     for part in parts:
         if graph.succ[part] and not graph.pred[part]:
@@ -153,12 +153,14 @@ def _layer(
     return result
 
 
-def _order_blocks(graph: nx.DiGraph) -> Iterator[Item | Frame]:
+def _order_blocks(
+    listeners: Mapping[Item | Frame, Iterable[Item | Frame]],
+) -> Iterator[Item | Frame]:
     """Each block after those that it listens to, as far as there is no circle."""
-    waiting = dict(graph.in_degree)
-    ready = deque(block for block, count in waiting.items() if not count)
+    waiting = Counter(block for each in listeners.values() for block in each)
+    ready = deque(block for block in listeners if not waiting[block])
     done: set[Item | Frame] = set()
-    for first in graph:
+    for first in listeners:
         if not ready and first not in done:
             ready.append(first)
         while ready:
@@ -167,7 +169,7 @@ def _order_blocks(graph: nx.DiGraph) -> Iterator[Item | Frame]:
                 continue
             done.add(block)
             yield block
-            for other in graph.succ[block]:
+            for other in listeners[block]:
                 waiting[other] -= 1
                 if not waiting[other]:
                     ready.append(other)
@@ -175,6 +177,8 @@ def _order_blocks(graph: nx.DiGraph) -> Iterator[Item | Frame]:
 
 def _find_connected(parts: list[Item | Frame], nets: Nets) -> list[list[Item | Frame]]:
     """Groups of parts that share nets, directly or not."""
+    import networkx as nx
+
     graph = nx.Graph()
     graph.add_nodes_from(parts)
     known = set(parts)

@@ -20,13 +20,12 @@ from lumped.kernel.many_runs.lane_records import Lanes, LaneWatch
 from lumped.kernel.many_runs.variants import Variants
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run, RunOutput
-from lumped.many_runs.watched import KINDS, POSITIONS, Watched
+from lumped.many_runs.watched import KINDS, Watched
 from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, run_start
 from lumped.points.start_values import read_start_values
 from lumped.points.targets import TOLERANCE
 from lumped.timeloop.clocks import find_moved_clocks, modes_at
-from lumped.timeloop.holds import hold_words
 from lumped.timeloop.instants import Instants, instants
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import remember
@@ -288,17 +287,11 @@ class RunRecords:
             return None
 
     def _tell_start(self, variants: Variants, point: OperatingPoint) -> None:
-        """Let a variant begin at a point, with what collides there."""
-        variants.knows_start = 1
-        variants.x_known[:], variants.m_known[:] = point.x, point.settings
+        """Let a variant begin at a point, before what collides there."""
+        first = point.before or point
+        variants.knows_start, variants.collides = 1, int(bool(point.collisions))
+        variants.x_known[:], variants.m_known[:] = first.x, first.settings
         variants.nominal[:] = point.theta  # with those that the start determines
-        s, hits = self.system.switching, []
-        for change in point.collisions:
-            hold = s.names.index(change.component)
-            hits.append((hold, POSITIONS[hold_words(s, hold).index(change.after)]))
-        variants.collision = np.array(hits, dtype=np.int64).ravel()
-        variants.collision_loss = np.array([change.loss for change in point.collisions])
-        variants.collisions = len(hits)
 
     def add_matrix(self, run: Run) -> None:
         """Let a run make implicit steps, this one and those after it."""

@@ -18,7 +18,6 @@ from lumped.points.start_search import StartSearch
 from lumped.points.start_values import read_start_values
 from lumped.support.arguments import checked
 from lumped.timeloop.clocks import modes_at
-from lumped.timeloop.results.event import Change
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 from lumped.timeloop.settings import begin, just_after
@@ -103,8 +102,7 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
         return point
     settings, modes = point.settings.copy(), modes_at(system, theta, just_after(plan.begin))
     settings[: len(modes)] = modes
-    x, settings, collisions = _begin_motion(system, theta, plan.begin, point.x, settings)
-    return replace(point, x=x, theta=theta, settings=settings, collisions=collisions)
+    return _begin_motion(replace(point, theta=theta, settings=settings))
 
 
 def search_start(
@@ -140,11 +138,13 @@ def find_start(
         modes_at(system, search.theta, just_after(time)),
     )
     begun = np.concatenate([modes, search.settings[len(modes) :]])
-    x, settings, collisions = _begin_motion(system, search.theta, time, x, begun)
-    if not collisions:
-        search.check(settings)
-    point = OperatingPoint(system, time, x, search.theta, settings, collisions)
-    return replace(point, residual=search.residual, again=again)
+    point = OperatingPoint(
+        system, time, x, search.theta, begun, residual=search.residual, again=again
+    )
+    point = _begin_motion(point)
+    if not point.collisions:
+        search.check(point.settings)
+    return point
 
 
 def by_key(
@@ -170,9 +170,8 @@ def _direct(
         return None
     x, missed = found
     settings = modes_at(system, theta, just_after(time))
-    x, settings, collisions = _begin_motion(system, theta, time, x, settings)
     residual = missed if form.searches else None
-    return OperatingPoint(system, time, x, theta, settings, collisions, residual=residual)
+    return _begin_motion(OperatingPoint(system, time, x, theta, settings, residual=residual))
 
 
 def free_places(system: System, free: Iterable[Name]) -> list[int]:
@@ -253,16 +252,16 @@ def by_name(start: object) -> Changes:
     )
 
 
-def _begin_motion(
-    system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
-    """States and settings after what collides at once, and what does."""
-    if not system.switching:
-        return x, settings, ()
+def _begin_motion(point: OperatingPoint) -> OperatingPoint:
+    """The point in its positions, after what collides there at once."""
+    if not point.system.switching:
+        return point
     try:
-        return begin(system, theta, time, x, settings)
+        x, settings, hits = begin(point.system, point.theta, point.time, point.x, point.settings)
     except SolverError as error:
         raise StartError(str(error)) from None
+    before = point if hits else None
+    return replace(point, x=x, settings=settings, collisions=hits, before=before)
 
 
 def start_slopes(

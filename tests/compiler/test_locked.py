@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from random_graphs import locked, random_drive
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, Planetary, RackAndPinion, Speed, Torque
@@ -43,22 +44,18 @@ def test_random_drives_that_lock_are_refused_with_the_loop_that_locks(first):
 
 def gearbox(one, two):
     """Two planetary sets with common ring and carrier; something at each sun."""
-    return lp.assemble(
-        lp.compose(
-            drive=Torque(tau=5.0),
-            ring=Inertia(J=1.0),
-            carrier=Inertia(J=2.0),
-            front=Planetary(ratio=2.0),
-            rear=Planetary(ratio=3.0),
-            one=one,
-            two=two,
-            connections=lambda m: [
-                lp.connect(m.front.sun, m.one.flange),
-                lp.connect(m.rear.sun, m.two.flange),
-                lp.connect(m.front.ring, m.rear.ring, m.ring.flange_a, m.drive.flange),
-                lp.connect(m.front.carrier, m.rear.carrier, m.carrier.flange_a),
-            ],
-        )
+    return assemble_rows(
+        "front.sun one.flange",
+        "rear.sun two.flange",
+        "front.ring rear.ring ring.flange_a drive.flange",
+        "front.carrier rear.carrier carrier.flange_a",
+        drive=Torque(tau=5.0),
+        ring=Inertia(J=1.0),
+        carrier=Inertia(J=2.0),
+        front=Planetary(ratio=2.0),
+        rear=Planetary(ratio=3.0),
+        one=one,
+        two=two,
     )
 
 
@@ -132,19 +129,15 @@ def test_gears_that_lock_each_other_in_a_held_housing_are_reported(wall):
 
 
 def test_a_held_body_is_no_locked_loop():
-    system = lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            set=Planetary(ratio=2.0),
-            a=Inertia(J=1.0),
-            gear=IdealGear(ratio=3.0),
-            b=Inertia(J=1.0),
-            connections=lambda m: [
-                lp.connect(m.wall.flange, m.set.carrier),
-                lp.connect(m.set.sun, m.set.ring, m.a.flange_a),
-                *lp.chain(m.a, m.gear, m.b),
-            ],
-        )
+    system = assemble_rows(
+        "wall.flange set.carrier",
+        "set.sun set.ring a.flange_a",
+        "a gear b",
+        wall=Fixed(),
+        set=Planetary(ratio=2.0),
+        a=Inertia(J=1.0),
+        gear=IdealGear(ratio=3.0),
+        b=Inertia(J=1.0),
     )
     assert entries(system) == []
     assert lp.start_point(system)["b.w"] == 0

@@ -33,17 +33,10 @@ def drive(joints: str, library: str = "", **parts: type[lp.Component]) -> lp.Com
         inputs = [key for key, quantity in quantities if isinstance(quantity, Input)]
         return cls(**{key: 0.0 for key in inputs if f"{name}.{key}" not in ends})
 
-    def found(model: lp.Component, name: str) -> object:
-        for step in name.strip().split("."):
-            model = getattr(model, step)
-        return model
-
     def connections(model: lp.Component):
         for line in joints.strip().splitlines():
-            if ">" in line:
-                yield from lp.chain(*(found(model, name) for name in line.split(">")))
-            else:
-                yield lp.connect(*(found(model, name) for name in line.split("=")))
+            ends = [attrgetter(name.strip())(model) for name in re.split("[>=]", line)]
+            yield from lp.chain(*ends) if ">" in line else [lp.connect(*ends)]
 
     return lp.compose(
         **{name: made(name, cls) for name, cls in parts.items()}, connections=connections

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import CrankSlider, Eccentric, GuidedRod, Inertia, Position, SwingingMass
@@ -22,14 +23,10 @@ from lumped.models.rotary_arm.control import run_controlled
 R, L, E, AXIS = 0.3, 1.1, 0.1, 0.4
 
 
-class Slider(lp.Component):
-    """Crank-slider on an inclined slide, turned at 3 rad/s."""
-
-    drive: Position = Position(phi=3.0 * lp.time)
-    crank: CrankSlider = CrankSlider(r=R, L=L, e=E, m=2.0, axis=AXIS)
-
-    def connections(self):
-        yield lp.connect(self.drive.flange, self.crank.flange)
+SLIDER = in_a_row(
+    drive=Position(phi=3.0 * lp.time), crank=CrankSlider(r=R, L=L, e=E, m=2.0, axis=AXIS)
+)
+"""Crank-slider on an inclined slide, turned at 3 rad/s."""
 
 
 class Composed(lp.Component):
@@ -62,7 +59,7 @@ def lengths(line: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def slider() -> lp.Trajectory:
-    return lp.simulate(lp.assemble(Slider()), until=2.5, grid=2001)
+    return lp.simulate(lp.assemble(SLIDER), until=2.5, grid=2001)
 
 
 def test_crank_slider_keeps_its_lengths_and_its_slide(slider: lp.Trajectory):
@@ -90,11 +87,7 @@ def test_composed_mechanism_hangs_together():
 
 
 def test_arm_points_where_its_angle_says():
-    model = lp.compose(
-        drive=Position(phi=0.5 * lp.time),
-        arm=SwingingMass(m=1.0, R=-0.7, phi0=0.2),
-        connections=lambda m: [lp.connect(m.drive.flange, m.arm.flange)],
-    )
+    model = in_a_row(drive=Position(phi=0.5 * lp.time), arm=SwingingMass(m=1.0, R=-0.7, phi0=0.2))
     times, lines = drawn(lp.simulate(lp.assemble(model), until=2.0, grid=201))
     angle = 0.5 * times + 0.2
     expected = -0.7 * np.column_stack([np.cos(angle), np.sin(angle)])

@@ -12,6 +12,7 @@ import pytest
 from browser import Browser, opened
 from html_page import Page
 from matplotlib.figure import Figure
+from rows import assemble_row
 
 import lumped as lp
 from lumped.cli import main
@@ -145,20 +146,14 @@ def test_figures_are_left_as_they_were(system: lp.System, tmp_path: Path):
     assert all(line.get_gid() is None for axis in figure.axes for line in axis.lines)
 
 
-class Pushed(lp.Component):
-    """A body pushed by 6 N.m for 1 s until a clutch joins it to a second one: all is known."""
-
-    push: Torque = Torque(tau=lp.ops.where(lp.time < 1.0, 6.0, 0.0))
-    first: Inertia = Inertia(J=2.0)
-    clutch: Coupling = Coupling(u=lp.ops.where(lp.time >= 2.0, 1.0, 0.0))
-    second: Inertia = Inertia(J=1.0)
-
-    def connections(self):
-        yield from lp.chain(self.push, self.first, self.clutch, self.second)
-
-
 def test_page_tells_events_energies_and_what_motors_must_do(tmp_path: Path):
-    system = lp.assemble(Pushed())
+    """A body pushed by 6 N.m for 1 s until a clutch joins it to a second one: all is known."""
+    system = assemble_row(
+        push=Torque(tau=lp.ops.where(lp.time < 1.0, 6.0, 0.0)),
+        first=Inertia(J=2.0),
+        clutch=Coupling(u=lp.ops.where(lp.time >= 2.0, 1.0, 0.0)),
+        second=Inertia(J=1.0),
+    )
     run = lp.simulate(system, until=3.0, certify=True)
     asked = lp.simulation.sizing(run, of=("push.tau", "first.w"), rated=4.0)
     file = lp.drawing.report_html(

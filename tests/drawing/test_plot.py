@@ -137,8 +137,8 @@ def test_all_modes_are_drawn_or_it_is_said(n, options, drawn, title):
 
 def test_a_mode_that_does_not_exist_is_not_drawn():
     modes = lp.modes(chain_of(4))
-    for wrong in ([3], [-1], []):
-        with pytest.raises(OptionError, match="modes = "):
+    for wrong, text in (([3], "mode 3 of 3"), ([-1], "mode -1 of 3"), ([], "modes = ")):
+        with pytest.raises(OptionError, match=text):
             modes.plot(modes=wrong)
 
 

@@ -6,9 +6,10 @@ from functools import cache
 
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from rows import in_rows
 from schematic_drives import BRANCHED, CHAINS, DRIVES
+from test_schematic import routed_of
 
-import lumped as lp
 from lumped.components import Gain, IdealGear, Inertia, Sum
 from lumped.drawing.netlist import netlist
 from lumped.drawing.placing import place
@@ -23,8 +24,7 @@ PLANAR = [name for name in BRANCHED if name != "linkage press"]
 
 @cache
 def routed(name: str) -> Routed:
-    plan = netlist(DRIVES[name])
-    return route(plan, place(plan), {})
+    return routed_of(DRIVES[name])
 
 
 def shaft_ports(picture: Routed) -> dict:
@@ -130,16 +130,14 @@ def test_a_crankshaft_is_the_line_of_its_engine_and_not_the_oil_films_on_its_hou
 
 
 def test_signals_run_to_the_right_through_their_blocks():
-    model = lp.compose(
+    model = in_rows(
+        "first.y second.u last.a",
+        "second.y third.u",
+        "third.y last.b",
         last=Sum(),
         second=Gain(k=2.0),
         third=Gain(k=3.0),
         first=Gain(k=1.0, u=1.0),
-        connections=lambda m: [
-            lp.connect(m.first.y, m.second.u, m.last.a),
-            lp.connect(m.second.y, m.third.u),
-            lp.connect(m.third.y, m.last.b),
-        ],
     )
     plan = netlist(model)
     columns = {item.path: column for item, (column, _) in place(plan).cells.items()}
@@ -147,16 +145,14 @@ def test_signals_run_to_the_right_through_their_blocks():
 
 
 def test_a_part_joined_against_its_chain_is_the_only_one_turned():
-    model = lp.compose(
+    model = in_rows(
+        "motor gear",
+        "gear.flange_b turned.flange_b",
+        "turned.flange_a load.flange_a",
         motor=Inertia(),
         gear=IdealGear(),
         turned=IdealGear(),
         load=Inertia(),
-        connections=lambda m: [
-            *lp.chain(m.motor, m.gear),
-            lp.connect(m.gear.flange_b, m.turned.flange_b),
-            lp.connect(m.turned.flange_a, m.load.flange_a),
-        ],
     )
     plan = netlist(model)
     picture = route(plan, place(plan), {})

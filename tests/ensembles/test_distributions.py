@@ -35,16 +35,13 @@ def moments(distribution, parameter=STIFFNESS):
     return mean, weights @ (x - mean) ** 2
 
 
-def density(x):
-    return math.exp(-(x**2) / 2) / math.sqrt(2 * math.pi)
-
-
 def truncated_normal(mean, std, low, high):
     """Mean and variance; the ends may be infinite."""
     a, b = (low - mean) / std, (high - mean) / std
-    share = NormalDist().cdf(b) - NormalDist().cdf(a)
-    shift = (density(a) - density(b)) / share
-    ends = sum(s * x * density(x) for s, x in ((1, a), (-1, b)) if math.isfinite(x)) / share
+    normal = NormalDist()
+    share = normal.cdf(b) - normal.cdf(a)
+    shift = (normal.pdf(a) - normal.pdf(b)) / share
+    ends = sum(s * x * normal.pdf(x) for s, x in ((1, a), (-1, b)) if math.isfinite(x)) / share
     return mean + std * shift, std**2 * (1 + ends - shift**2)
 
 

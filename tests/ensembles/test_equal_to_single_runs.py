@@ -22,7 +22,7 @@ from ensemble_runs import (
 )
 from linkages import four_bar
 from machine_scenes import SCENES, asked
-from rows import in_a_row
+from rows import in_a_row, in_rows
 from stiff_in_turn import UNTIL, InTurn
 
 import lumped as lp
@@ -93,21 +93,15 @@ def test_the_five_machines(name):
 
 def stiff(bodies, brakes=False):
     """Bodies on stiff shafts with dampers, driven slowly, and perhaps a brake that sticks."""
-
-    def connections(m):
-        parts = [p for pair in zip(m.body, m.shaft, strict=True) for p in pair]
-        yield from lp.chain(m.drive, *parts, m.wall)
-        if brakes:
-            yield lp.connect(m.brake.flange_a, m.body[0].flange_a)
-
     parts = {"brake": Brake(f_max=4.0, u=1.0, characteristic=((0.0, 1.0),))} if brakes else {}
-    return lp.compose(
+    return in_rows(
+        "drive body/shaft wall",
+        *(f"drive {name}" for name in parts),
         drive=Torque(tau=10 * sin(lp.time)),
         body=[Inertia(J=1e-3) for _ in range(bodies)],
         shaft=[SpringDamper(c=1e4, d=100.0) for _ in range(bodies)],
         wall=Fixed(),
         **parts,
-        connections=connections,
     )
 
 

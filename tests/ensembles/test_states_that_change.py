@@ -1,5 +1,6 @@
 """Runs of an ensemble in which another state leads from a dead centre on."""
 
+import linkages
 import numpy as np
 import pytest
 from ensemble_runs import (
@@ -12,12 +13,12 @@ from ensemble_runs import (
     event_functionals,
     ran,
 )
-from linkages import Rod, double_rocker
+from linkages import double_rocker
+from rows import assemble_rows
 
 import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Brake, Fixed, Inertia, SpringDamper, Torque
-from lumped.components.translation import Force, Mass
 from lumped.kernel import engine
 from lumped.ops import tan, where
 
@@ -27,17 +28,7 @@ SPEED = 12.0
 @pytest.fixture(scope="module")
 def pendulum():
     """A pendulum that turns over, in coordinates across and down."""
-    model = lp.compose(
-        across=Mass(m=1.0, s=0.0, v=SPEED),
-        down=Mass(m=1.0, s=2.0),
-        rod=Rod(),
-        weight=Force(f=9.81),
-        connections=lambda m: [
-            lp.connect(m.across.flange_a, m.rod.x),
-            lp.connect(m.down.flange_a, m.rod.y, m.weight.flange),
-        ],
-    )
-    return lp.assemble(model)
+    return lp.assemble(linkages.pendulum(SPEED))
 
 
 class Tangent(lp.Component):
@@ -55,12 +46,10 @@ class Tangent(lp.Component):
 @pytest.fixture(scope="module")
 def braked():
     """A body that runs away from the angle that leads it, with a brake and a jump of its load."""
-
-    def connections(m):
-        yield from lp.chain(m.a, m.tangent, m.b, m.shaft, m.wall)
-        yield lp.connect(m.load.flange, m.brake.flange_a, m.b.flange_b)
-
-    model = lp.compose(
+    return assemble_rows(
+        "a tangent b shaft wall",
+        "b load",
+        "b brake",
         a=Inertia(J=2.0),
         tangent=Tangent(),
         b=Inertia(J=0.1, phi=0.0, w=60.0),
@@ -68,9 +57,7 @@ def braked():
         wall=Fixed(),
         load=Torque(tau=where(lp.time >= 0.8, 5.0, -2.0)),
         brake=Brake(f_max=8.0, u=1.0, characteristic=((0.0, 1.0),)),
-        connections=connections,
     )
-    return lp.assemble(model)
 
 
 def values(names, ranges, count, seed=3):

@@ -8,6 +8,7 @@ import threading
 import numpy as np
 import pytest
 from oscillator import C, closed_form, fussy, last
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Fixed, Spring, SwingingMass
@@ -56,15 +57,7 @@ def test_processes_are_forked_while_no_thread_builds(system):
 @pytest.mark.parametrize("count", [6, 30])
 def test_results_are_the_same_to_the_last_bit_whoever_works(count):
     """Few runs are made without machine code, many with it; never some with and some without."""
-    model = lp.compose(
-        ground=Fixed(),
-        shaft=Spring(c=100.0),
-        arm=SwingingMass(m=1.0, R=0.4),
-        connections=lambda m: [
-            lp.connect(m.ground.flange, m.shaft.flange_a),
-            lp.connect(m.shaft.flange_b, m.arm.flange),
-        ],
-    )
+    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), arm=SwingingMass(m=1.0, R=0.4))
     system = lp.assemble(model.with_({"arm.w": 3.0}))
     over = {"shaft.c": np.linspace(20.0, 90.0, count)}
     found = [

@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Clutch, ElastoBacklash, Fixed, Inertia, Torque
@@ -263,10 +263,9 @@ def test_a_job_travels_with_its_start_point():
 
 
 def test_values_and_times_with_units():
-    model = in_a_row(
+    system = assemble_row(
         ground=Fixed(), lash=ElastoBacklash(c=100.0, d=1.0, b="10 deg"), body=Inertia(J=1.0, w=1.0)
     )
-    system = lp.assemble(model)
     of = {"b": lambda run: dict(zip(run.system.parameters, run.theta, strict=True))["lash.b"]}
     for over in (
         {"lash.b": ["0 deg", "18 deg", 0.2]},

@@ -5,20 +5,12 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 import scipy
-from rows import in_a_row
 
 import lumped as lp
-from lumped.components import Fixed, Inertia, Spring
 from lumped.ensembles.variants import variants_of
 from lumped.errors import ParameterError
 
 C, J = "shaft.c", "body.J"
-
-
-@pytest.fixture(scope="module")
-def system():
-    model = in_a_row(ground=Fixed(), shaft=Spring(c=100.0), body=Inertia(J=2.0))
-    return lp.assemble(model)
 
 
 @pytest.mark.parametrize("wrap", [dict, lp.distributions.paired])

@@ -4,11 +4,23 @@ import itertools
 
 import numpy as np
 import pytest
+from rows import in_rows
 
 import lumped as lp
+from lumped.components import Filter, Limiter
 
 fmpy = pytest.importorskip("fmpy")
 validate_fmu = pytest.importorskip("fmpy.validation").validate_fmu
+
+LIMITED = in_rows(
+    "first.y limiter.u",
+    "limiter.y lag.u",
+    first=Filter(T=1.0, u=0.0, x=3.0),
+    limiter=Limiter(y_min=-1.0, y_max=2.0),
+    lag=Filter(T=0.1),
+    initial_equations=lambda m: [lp.der(m.lag.x) == 0],
+)
+"""A lag that starts at rest behind a limiter: its start follows from a condition."""
 
 KINDS = {"ModelExchange": 1e-10, "CoSimulation": 1e-9}
 """Relative tolerances; the first is that of FMPy's own integrator."""

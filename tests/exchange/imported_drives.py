@@ -1,5 +1,7 @@
 """A drive with a controller that may be a unit of FMI."""
 
+from rows import assemble_rows
+
 import lumped as lp
 from lumped.components import (
     Damper,
@@ -45,20 +47,10 @@ def drive(controller, *, held):
     }
     if held:
         parts |= {"sample": SampleHold(T_s=T_S), "hold": SampleHold(T_s=T_S)}
-
-    def connections(m):
-        yield from lp.chain(m.motor, m.rotor, m.shaft, m.roll, m.friction, m.ground)
-        yield lp.connect(m.rotor.flange_b, m.sensor.flange)
-        if held:
-            yield lp.connect(m.sensor.w, m.sample.u)
-            yield lp.connect(m.sample.y, m.pi.measured)
-            yield lp.connect(m.pi.M, m.hold.u)
-            yield lp.connect(m.hold.y, m.motor.tau)
-        else:
-            yield lp.connect(m.sensor.w, m.pi.measured)
-            yield lp.connect(m.pi.M, m.motor.tau)
-
-    return lp.assemble(lp.compose(**parts, connections=connections))
+        rows = ["sensor.w sample.u", "sample.y pi.measured", "pi.M hold.u", "hold.y motor.tau"]
+    else:
+        rows = ["sensor.w pi.measured", "pi.M motor.tau"]
+    return assemble_rows("motor rotor shaft roll friction ground", "rotor sensor", *rows, **parts)
 
 
 def unit_of(folder, version="3.0", kind="co_simulation", **values):

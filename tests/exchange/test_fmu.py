@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fmus import fmpy, runs
 from opened import Opened
-from rows import in_a_row
+from rows import assemble_row, in_a_row
 from scipy.linalg import expm
 
 import lumped as lp
@@ -129,12 +129,7 @@ def test_states_that_follow_from_nothing_else_can_be_set(tmp_path):
 
 
 def test_a_drive_without_states_gives_its_functions_of_time(tmp_path):
-    model = lp.compose(
-        turn=Position(phi=lp.time**2),
-        body=Inertia(J=2.0),
-        connections=lambda m: lp.chain(m.turn.flange, m.body),
-    )
-    system = lp.assemble(model)
+    system = assemble_row(turn=Position(phi=lp.time**2), body=Inertia(J=2.0))
     assert not system.state_names
     for _, _, found in runs(
         system, tmp_path, until=1.0, versions=("3.0",), outputs=["body.w", "turn.flange.tau"]

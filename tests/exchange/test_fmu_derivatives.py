@@ -6,12 +6,12 @@ import casadi as ca
 import numpy as np
 import pytest
 from exchanged import Exchanged
-from fmus import fmpy
+from fmus import LIMITED, fmpy
 from linkages import four_bar
 from test_fmu import Drive
 
 import lumped as lp
-from lumped.components import Brake, Filter, Inertia, Limiter, SpringDamper, Torque
+from lumped.components import Brake, Inertia, SpringDamper, Torque
 from lumped.ops import where
 
 VERSIONS = ("2.0", "3.0")
@@ -161,21 +161,6 @@ def listed(unit, group):
     return {u.variable.name: [v.name for v in u.dependencies] for u in getattr(unit.facts, group)}
 
 
-class Limited(lp.Component):
-    """A lag that starts at rest behind a limiter: its start follows from a condition."""
-
-    first: Filter = Filter(T=1.0, u=0.0, x=3.0)
-    limiter: Limiter = Limiter(y_min=-1.0, y_max=2.0)
-    lag: Filter = Filter(T=0.1)
-
-    def connections(self):
-        yield lp.connect(self.first.y, self.limiter.u)
-        yield lp.connect(self.limiter.y, self.lag.u)
-
-    def initial_equations(self):
-        yield lp.der(self.lag.x) == 0
-
-
 def effects(path, unknown, known):
     """Which unknown values at the start change with each known one."""
     base = Exchanged(path)
@@ -194,7 +179,7 @@ def effects(path, unknown, known):
 
 @pytest.mark.parametrize(
     ("model", "version", "outputs"),
-    [(Drive(), "2.0", ["wheel.tau"]), (Limited(), "3.0", ["limiter.y"])],
+    [(Drive(), "2.0", ["wheel.tau"]), (LIMITED, "3.0", ["limiter.y"])],
     ids=("drive", "limited"),
 )
 def test_a_start_depends_on_what_is_listed(tmp_path, model, version, outputs):

@@ -3,18 +3,16 @@
 import numpy as np
 import pytest
 from bits import Unit
-from fmus import compare, fmpy, runs
+from fmus import LIMITED, compare, fmpy, runs
 from linkages import double_rocker, four_bar, rocker_angle
-from rows import assemble_row
+from rows import assemble_row, assemble_rows, in_a_row
 from specification import build, read
 
 import lumped as lp
 from lumped.components import (
     Backlash,
-    Filter,
     Fixed,
     Inertia,
-    Limiter,
     SampleHold,
     SpeedSensor,
     SpringDamper,
@@ -57,13 +55,13 @@ FALL = np.sqrt(2 * HEIGHT / G)
 
 
 def ball(restitution):
-    model = lp.compose(
+    return assemble_rows(
+        "floor mass",
+        "floor weight",
         floor=translation.Stop(restitution=restitution),
         mass=translation.Mass(m=1.0, s=HEIGHT, v=0.0),
         weight=translation.Force(f=-G),
-        connections=lambda m: [lp.connect(m.floor.flange_b, m.mass.flange_a, m.weight.flange)],
     )
-    return lp.assemble(model)
 
 
 def bounces(e, count):
@@ -93,14 +91,13 @@ def test_a_ball_bounces_as_the_closed_form_says(tmp_path):
 
 def test_bounces_in_a_play_that_grow_ever_shorter_end(tmp_path):
     """A disc in a play is thrown to and fro; every time its bounces accumulate."""
-    model = lp.compose(
+    model = in_a_row(
         drive=Torque(tau=5.0 * lp.ops.sin(20.0 * lp.time)),
         rotor=Inertia(J=0.3),
         play=Backlash(b=0.03, restitution=0.3),
         disc=Inertia(J=0.2),
         shaft=SpringDamper(c=80.0, d=0.3),
         wall=Fixed(),
-        connections=lambda m: lp.chain(m.drive.flange, m.rotor, m.play, m.disc, m.shaft, m.wall),
     )
     run = compare(lp.assemble(model), tmp_path, until=1.0, versions=("2.0",))
     assert len(run.events) > 30
@@ -187,17 +184,7 @@ def test_two_settings_of_a_state_at_one_instant_end_the_run_with_both_names(tmp_
 
 def test_a_steady_start_holds_in_the_positions_of_the_parameters_set(tmp_path):
     # 3 before the limiter: the lag starts with what passes, and follows 3 exp(-t) below the limit
-    model = lp.compose(
-        first=Filter(T=1.0, u=0.0, x=3.0),
-        limiter=Limiter(y_min=-1.0, y_max=1.0),
-        lag=Filter(T=0.1),
-        connections=lambda m: [
-            lp.connect(m.first.y, m.limiter.u),
-            lp.connect(m.limiter.y, m.lag.u),
-        ],
-        initial_equations=lambda m: [lp.der(m.lag.x) == 0],
-    )
-    system = lp.assemble(model)
+    system = lp.assemble(LIMITED)
     for highest in (1.0, 2.0, 5.0):
         changed = {"start_values": {"limiter.y_max": highest}}
         for version, kind, found in runs(system, tmp_path, until=0.4, points=4, **changed):

@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 from exchanged import Exchanged
-from fmus import fmpy
-from test_fmu_derivatives import MODELS, Limited
+from fmus import LIMITED, fmpy
+from rows import in_a_row, in_rows
+from test_fmu_derivatives import MODELS
 
 import lumped as lp
 from lumped.components import Filter, Ramp, translation
 from lumped.points.start import start_slopes
 from lumped.points.start_values import read_start_values
 
-STARTS = {**MODELS, "limited": (Limited(), [], ["limiter.y"])}
+STARTS = {**MODELS, "limited": (LIMITED, [], ["limiter.y"])}
 
 
 def derivatives_at_start(system, known, outputs):
@@ -85,10 +86,10 @@ def test_derivatives_of_the_start(tmp_path, name, version):
 
 def test_a_lag_at_rest_starts_where_its_input_is_and_moves_with_the_time(tmp_path):
     """There x = u = 3 + 2 t: by the time of the start 2, by the offset 1."""
-    model = lp.compose(
+    model = in_rows(
+        "signal.y lag.u",
         signal=Ramp(height=8.0, duration=4.0, offset=3.0),
         lag=Filter(T=0.1),
-        connections=lambda m: [lp.connect(m.signal.y, m.lag.u)],
         initial_equations=lambda m: [lp.der(m.lag.x) == 0],
     )
     path = tmp_path / "lag.fmu"
@@ -103,10 +104,8 @@ def test_a_lag_at_rest_starts_where_its_input_is_and_moves_with_the_time(tmp_pat
 
 def test_what_collides_at_the_start_has_no_derivatives_there(tmp_path):
     """A body that starts at its stop, towards it, leaves it at once."""
-    model = lp.compose(
-        floor=translation.Stop(restitution=0.5),
-        mass=translation.Mass(m=1.0, s=0.0, v=-2.0),
-        connections=lambda m: [lp.connect(m.floor.flange_b, m.mass.flange_a)],
+    model = in_a_row(
+        floor=translation.Stop(restitution=0.5), mass=translation.Mass(m=1.0, s=0.0, v=-2.0)
     )
     path = tmp_path / "ball.fmu"
     system = lp.assemble(model)

@@ -39,10 +39,7 @@ def test_units_of_the_five_machines_are_valid(tmp_path, name):
 
 
 def pair(name="a"):
-    return lp.compose(
-        **{name: Inertia(J=1.0), "s": Spring(c=3.0), "b": Inertia(J=2.0)},
-        connections=lambda m: lp.chain(getattr(m, name), m.s, m.b),
-    )
+    return in_a_row(**{name: Inertia(J=1.0), "s": Spring(c=3.0), "b": Inertia(J=2.0)})
 
 
 def names_of(path):

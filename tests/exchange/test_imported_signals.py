@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from c_units import FEEDTHROUGH, SIGNALS, STAIR, UNITS, c_unit
 from imported_drives import T_S
+from rows import assemble_rows
 
 import lumped as lp
 from lumped import errors
@@ -69,11 +70,6 @@ THREE = ("three_1", "three_2", "three_3")
 
 def chain_of(path, names):
     """Units that pass a signal on, declared in an order of their own."""
-
-    def connections(m):
-        yield lp.connect(m.first.plain_out, m.hold.u)
-        yield lp.connect(m.hold.y, m.second.plain)
-
     idle = dict.fromkeys(("speed", "temperature", "moment", "on", "gear", *THREE), 0.0)
     idle |= {"axis_k_1": 1.0, "T_s": T_S}
     parts = {
@@ -81,7 +77,8 @@ def chain_of(path, names):
         "second": from_fmu(path, **idle),
         "hold": SampleHold(T_s=T_S),
     }
-    return lp.assemble(lp.compose(**{n: parts[n] for n in names}, connections=connections))
+    declared = {name: parts[name] for name in names}
+    return assemble_rows("first.plain_out hold.u", "hold.y second.plain", **declared)
 
 
 @pytest.mark.parametrize("names", [("first", "hold", "second"), ("second", "hold", "first")])

@@ -90,10 +90,13 @@ def test_mode_shapes_come_back_with_frequency_and_damping(tmp_path, damping, kin
 def test_both_data_sets_hold_the_same_shapes(tmp_path):
     """A damper at one end only, so the amplitudes are complex."""
     model = lp.compose(
-        a=Inertia(J=2.0), shaft=SpringDamper(c=300.0, d=4.0), b=Inertia(J=1.0),
-        wall=Fixed(), wheel=SpringDamper(c=90.0),
+        a=Inertia(J=2.0),
+        shaft=SpringDamper(c=300.0, d=4.0),
+        b=Inertia(J=1.0),
+        wheel=SpringDamper(c=90.0),
+        wall=Fixed(),
         connections=lambda m: lp.chain(m.a, m.shaft, m.b, m.wheel, m.wall),
-    )  # fmt: skip
+    )
     modes, nodes = lp.modes(lp.assemble(model)), {"a.phi": 3, "b.phi": 40}
     read = []
     for kind in (55, 2414):

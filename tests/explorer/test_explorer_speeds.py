@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import Inertia, Spring, SpringDamper
@@ -24,16 +25,17 @@ class Blades(lp.Component):
         yield self.flange.tau == -TORQUE * lp.ops.cos(BLADES * self.flange.phi)
 
 
-class Bladed(lp.Component):
-    """Blades on one of two inertias, which turn at the start."""
+def bladed(**starts):
+    """Blades on one of two inertias."""
+    return in_a_row(
+        blades=Blades(),
+        a=Inertia(J=J_A, **starts),
+        shaft=SpringDamper(c=C, d=D),
+        b=Inertia(J=J_B, **starts),
+    )
 
-    blades: Blades = Blades()
-    a: Inertia = Inertia(J=J_A, w=SPEED)
-    shaft: SpringDamper = SpringDamper(c=C, d=D)
-    b: Inertia = Inertia(J=J_B, w=SPEED)
 
-    def connections(self):
-        yield from lp.chain(self.blades, self.a, self.shaft, self.b)
+BLADED = bladed(w=SPEED)
 
 
 class Stiffened(Spring):
@@ -50,17 +52,6 @@ class Stiffened(Spring):
         yield self.w == lp.der(self.flange_a.phi)
 
 
-class Spun(lp.Component):
-    """Two inertias on a spring that the speed makes stiff."""
-
-    a: Inertia = Inertia(J=J_A, w=SPEED)
-    spring: Stiffened = Stiffened(c=C)
-    b: Inertia = Inertia(J=J_B, w=SPEED)
-
-    def connections(self):
-        yield from lp.chain(self.a, self.spring, self.b)
-
-
 def found(model: lp.Component, *of: str) -> Study:
     """The study of a model with what is found for it."""
     plain = Study(lp.assemble(model, keep=["a.phi"]), of=of)
@@ -69,7 +60,7 @@ def found(model: lp.Component, *of: str) -> Study:
 
 def test_torques_over_the_angle_show_their_order_response():
     """``tau = |j w d + c| T / (J_a |...|)`` of two inertias, twist ``-w^2 + (c + j w d) / J``."""
-    study = found(Bladed(), "a.w", "shaft.tau", "b.w")
+    study = found(BLADED, "a.w", "shaft.tau", "b.w")
     assert list(study.analyses) == ["Order response over a.phi", "Campbell diagram over a.phi"]
     c, reduced = 500.0, 1 / (1 / J_A + 1 / J_B)
     moment = Moment(study, {"shaft.c": c})
@@ -87,7 +78,8 @@ def test_torques_over_the_angle_show_their_order_response():
 
 
 def test_modes_that_depend_on_the_speed_show_a_campbell_diagram():
-    study = found(Spun(), "spring.tau")
+    a, b = (Inertia(J=J, w=SPEED) for J in (J_A, J_B))
+    study = found(in_a_row(a=a, spring=Stiffened(c=C), b=b), "spring.tau")
     assert list(study.analyses) == ["Campbell diagram over a.phi"]
     (view,) = (view for view in views(study) if view.title.startswith("Campbell"))
     curves = view.compute(Moment(study, {"spring.k": 2.0}), ())["curves"]
@@ -99,13 +91,13 @@ def test_modes_that_depend_on_the_speed_show_a_campbell_diagram():
 
 def test_nothing_is_shown_where_speeds_matter_not_or_are_unknown(two_mass):
     assert found(two_mass, "a.w").analyses == {}
-    assert found(Bladed(a=Inertia(J=J_A), b=Inertia(J=J_B)), "a.w").analyses == {}
-    assert found(Bladed()).analyses == {}
+    assert found(bladed(), "a.w").analyses == {}
+    assert found(BLADED).analyses == {}
 
 
 def test_the_run_tells_the_speeds():
     """The greatest is that of the run: it slows down from another than that of the model."""
-    system = lp.assemble(Bladed(), keep=["a.phi"])
+    system = lp.assemble(BLADED, keep=["a.phi"])
     start = {"a.w": 40.0, "b.w": 40.0}
     study = Study(system, until=0.01, start=start, of=("shaft.tau",))
     response = find_analyses(study)["Order response over a.phi"]({})

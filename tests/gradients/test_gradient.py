@@ -9,8 +9,8 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Damper, Fixed, Inertia, Torque
 from lumped.errors import OptionError, SolverError, UnknownNameError
-from lumped.models.carrousel_coiler import drive
 from lumped.models.carrousel_coiler import scenes as coiler
+from lumped.models.carrousel_coiler.drive import TENSION, THICKNESS, WIDTH
 from lumped.models.eccentric_shear import scenes as shear
 from lumped.models.pilger_mill import drive as pilger
 from lumped.models.reversing_mill import scenes as mill
@@ -108,8 +108,7 @@ def rolling():
 
 def winding():
     system = coiler.elastic_winding(until=1e-3).system
-    section = drive.WIDTH * drive.THICKNESS
-    stretch = drive.TENSION * coiler.FREE / (coiler.MODULUS * section)
+    stretch = TENSION * coiler.FREE / (coiler.MODULUS * WIDTH * THICKNESS)
     of = [fun.peak("drive.motor.flange.tau"), fun.rms("strip.T"), fun.final("drive.mandrel.w")]
     to = ["drive.rotor.J", "drive.eta", "free"]
     return system, of, to, 2.0, {"strip.s_rel": stretch}, {}, 0

@@ -1,6 +1,3 @@
-import math
-
-import numpy as np
 import pytest
 
 import lumped as lp
@@ -46,12 +43,8 @@ def test_equal_sides_stay_an_equation():
 @pytest.mark.parametrize(
     ("use", "hint"),
     [
-        (lambda: math.sin(x), "lumped.ops"),
-        (lambda: np.sin(x), "lumped.ops"),
         (lambda: float(x), "symbol, not a number"),
         (lambda: bool(x), "no truth value"),
-        (lambda: 1 if x > y else 2, "lumped.ops.where"),
-        (lambda: x == y == x, "a == b == c"),
         (lambda: x in [y], "truth value"),
         (lambda: list(x), "cannot be iterated"),
         (lambda: x + "1 m", "cannot stand in an equation"),

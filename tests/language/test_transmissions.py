@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, in_a_row, in_rows
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
@@ -30,8 +30,7 @@ def derivatives(expression, places, orders=3):
 
 def turned(gear, turns=3.3, **options):
     """Flange a turned at 1 rad/s against a body at b."""
-    model = in_a_row(drive=Speed(w=1.0), gear=gear, body=Inertia(J=1.0))
-    system = lp.assemble(model, keep=["body.phi"])
+    system = assemble_row(drive=Speed(w=1.0), gear=gear, body=Inertia(J=1.0), keep=["body.phi"])
     return lp.simulate(system, until=TURN * turns, rtol=1e-11, grid=400, **options)
 
 
@@ -202,15 +201,13 @@ class TestFromRatio:
     ],
 )
 def test_on_a_housing_that_turns_the_power_into_all_flanges_is_none(gear):
-    model = lp.compose(
+    model = in_rows(
+        "a gear b",
+        "gear.support housing.flange_a",
         a=Inertia(J=1.0, w=3.0),
         b=Inertia(J=2.0),
         housing=Inertia(J=5.0, w=0.7),
         gear=gear,
-        connections=lambda m: (
-            *lp.chain(m.a, m.gear, m.b),
-            lp.connect(m.gear.support, m.housing.flange_a),
-        ),
     )
     run = lp.simulate(lp.assemble(model), until=20.0, rtol=1e-10)
     tau = [run[f"gear.{end}.tau"] for end in ("flange_a", "flange_b", "support")]

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from linkages import Rod
-from rows import assemble_row
+from linkages import pendulum
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
-from lumped.components.translation import Force, Mass
 from lumped.errors import OptionError, SolverError
 from lumped.life import rainflow, turning_points
 from lumped.ops import where
@@ -72,19 +71,7 @@ def test_both_sides_of_a_jump_count():
 
 def test_another_state_may_lead():
     """A pendulum that turns over, in coordinates across and down: top and bottom in turn."""
-    pendulum = lp.assemble(
-        lp.compose(
-            across=Mass(m=1.0, s=0.0, v=12.0),
-            down=Mass(m=1.0, s=2.0),
-            rod=Rod(),
-            weight=Force(f=9.81),
-            connections=lambda m: [
-                lp.connect(m.across.flange_a, m.rod.x),
-                lp.connect(m.down.flange_a, m.rod.y, m.weight.flange),
-            ],
-        )
-    )
-    run = lp.simulate(pendulum, until=4.0, grid=None, rtol=1e-9)
+    run = lp.simulate(lp.assemble(pendulum(v=12.0)), until=4.0, grid=None, rtol=1e-9)
     assert len({id(piece.system) for piece in run.pieces}) > 1
     found = turning_points(run, "down.s")
     wanted = 2.0 * (-1.0) ** np.arange(len(found) - 1)
@@ -116,17 +103,14 @@ def test_slips_are_named(swinging):
 @pytest.mark.parametrize("grid", [None, 50])
 def test_rounding_does_not_turn(grid):
     """Two springs that swing alike, by other numbers: their difference is rounding."""
-    model = lp.compose(
+    model = in_rows(
+        "ground soft light",
+        "ground stiff heavy",
         ground=Fixed(),
         soft=Spring(c=100.0, phi_rel=0.5),
         light=Inertia(J=1.0),
         stiff=Spring(c=300.0, phi_rel=0.5),
         heavy=Inertia(J=3.0),
-        connections=lambda m: [
-            *lp.chain(m.ground, m.soft, m.light),
-            lp.connect(m.ground.flange, m.stiff.flange_a),
-            *lp.chain(m.stiff, m.heavy),
-        ],
     )
     run = lp.simulate(lp.assemble(model), until=10.0, grid=grid)
     found = turning_points(run, model.soft.phi_rel - model.stiff.phi_rel)

@@ -4,27 +4,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, in_rows
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.components import Damper, Fixed, Inertia, LinearTorque, Spring, SpringDamper, Torque
+from lumped.components import (
+    Damper,
+    Fixed,
+    Inertia,
+    LinearTorque,
+    NonlinearSpring,
+    Spring,
+    SpringDamper,
+    Torque,
+)
 from lumped.errors import SolverError
 
 
 def loaded(d=0.4, torque=6.0):
     """Wall, damped shaft, body under a torque: phi == tau / c."""
-    return lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            shaft=SpringDamper(c=200.0, d=d),
-            body=Inertia(J=2.0),
-            load=Torque(tau=torque),
-            connections=lambda m: [
-                *lp.chain(m.wall, m.shaft, m.body),
-                lp.connect(m.load.flange, m.body.flange_b),
-            ],
-        )
+    return assemble_row(
+        wall=Fixed(), shaft=SpringDamper(c=200.0, d=d), body=Inertia(J=2.0), load=Torque(tau=torque)
     )
 
 
@@ -64,16 +64,14 @@ def test_an_unstable_equilibrium_says_so():
 
 def test_no_steady_response_of_an_unstable_linearisation():
     """A drive whose torque rises with its speed by more than the damper takes."""
-    model = lp.compose(
+    model = in_rows(
+        "drive body oil wall",
+        "load body",
         drive=LinearTorque(tau_nominal=0.9, w_nominal=1.0),
         body=Inertia(J=2.0),
         oil=Damper(d=0.4),
         wall=Fixed(),
         load=Torque(tau=0.0),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.body, m.oil, m.wall),
-            lp.connect(m.load.flange, m.body.flange_a),
-        ],
     )
     with pytest.raises(SolverError, match=r"unstable.* exp\(0\.25 t\), most in drive\.w"):
         lp.frequency_response(
@@ -94,32 +92,15 @@ def test_an_operating_point_that_is_no_number_is_refused_by_name():
         lp.frequency_response(system, inputs=["load.tau"], outputs=["body.w"], hertz=[1.0], at=bad)
 
 
-class Hardening(lp.Component):
-    """Shaft without stiffness in the middle: tau = k twist^3."""
-
-    flange_a, flange_b = lp.Flange(), lp.Flange()
-    twist: lp.Var = lp.var("rad", "twist")
-
-    def equations(self):
-        yield self.twist == self.flange_b.phi - self.flange_a.phi
-        yield self.flange_b.tau == 5e4 * self.twist**3
-        yield self.flange_a.tau == -self.flange_b.tau
-
-
 def test_a_point_without_stiffness_has_a_rigid_body_mode_by_name_and_no_static_response():
-    model = lp.compose(
+    system = assemble_row(
         wall=Fixed(),
-        soft=Hardening(),
+        soft=NonlinearSpring(characteristic=lambda twist: 5e4 * twist**3),
         a=Inertia(J=2.0),
         shaft=Spring(c=300.0),
         b=Inertia(J=1.0),
         load=Torque(tau=0.0),
-        connections=lambda m: [
-            *lp.chain(m.wall, m.soft, m.a, m.shaft, m.b),
-            lp.connect(m.load.flange, m.b.flange_b),
-        ],
     )
-    system = lp.assemble(model)
     found = lp.modes(system)
     assert found.hertz == pytest.approx([np.sqrt(450.0) / (2 * np.pi)], rel=1e-12)
     assert found.rigid_names == ("a.phi, b.phi",)

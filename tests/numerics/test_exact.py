@@ -5,6 +5,8 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
+from closeness import apart
+from rows import assemble_rows, in_a_row, in_turn
 from scipy.linalg import eigh, expm
 from scipy.sparse import csc_array
 
@@ -14,6 +16,7 @@ from lumped.components import (
     EllipticalGear,
     Fixed,
     Inertia,
+    NonlinearSpring,
     Spring,
     SpringDamper,
     Torque,
@@ -36,31 +39,23 @@ from lumped.ops import sin, where
 EPS = np.finfo(float).eps
 
 
-def worst(received, expected):
-    error = np.abs(received - expected).max() / np.ptp(expected)
-    print(f"error over range {error:.2e}")
-    return error
-
-
-class Pendulum(lp.Component):
-    """Disc on a torsion bar."""
-
-    wall: Fixed = Fixed()
-    bar: lp.Component = Spring(c=3.1e4)
-    disc: Inertia = Inertia(J=1.0)
-    drive: Torque = Torque(tau=0.0)
-
-    def connections(self):
-        yield from lp.chain(self.wall, self.bar, self.disc, self.drive)
+PARTS = {
+    "wall": Fixed(),
+    "bar": Spring(c=3.1e4),
+    "disc": Inertia(J=1.0),
+    "drive": Torque(tau=0.0),
+}
+PENDULUM = in_a_row(**PARTS)
+"""Disc on a torsion bar."""
 
 
 def test_a_hundred_thousand_periods_drift_by_rounding_of_the_frequency_only():
     w = np.sqrt(np.longdouble(3.1e4))
     until = float(1e5 * 2 * np.pi / w)
-    system = lp.assemble(Pendulum())
+    system = lp.assemble(PENDULUM)
     run = lp.simulate(system, until=until, start={"disc.w": 1.0}, method="exact", grid=997)
     expected = np.sin(w * run.t.astype(np.longdouble)) / w
-    assert worst(run["bar.phi_rel"], expected) < EPS * float(w) * until
+    assert apart(run["bar.phi_rel"], expected) < EPS * float(w) * until
     energy = 3.1e4 * run["bar.phi_rel"] ** 2 + run["disc.w"] ** 2
     print(f"energy {np.abs(energy - 1).max():.1e}")
     assert energy == pytest.approx(np.ones_like(energy), rel=1e-13)
@@ -90,28 +85,22 @@ def stand_torques(t):
 def test_strip_entry_of_the_mill_is_the_modal_sum():
     run = strip_entry(OpenGap(), until=0.2, method="exact")
     upper, lower = stand_torques(run.t)
-    assert worst(run["upper.spindle.tau"], upper[:, 0]) < 1e-12
-    assert worst(run["upper.shaft.tau"], upper[:, 1]) < 1e-12
-    assert worst(run["lower.spindle.tau"], lower[:, 0]) < 1e-12
+    assert apart(run["upper.spindle.tau"], upper[:, 0]) < 1e-12
+    assert apart(run["upper.shaft.tau"], upper[:, 1]) < 1e-12
+    assert apart(run["lower.spindle.tau"], lower[:, 0]) < 1e-12
 
 
 def test_a_chain_of_five_hundred_bodies_carries_the_torsional_wave():
     n, c, J = 500, 1.0e4, 1.0
-    body = [Inertia(J=J, w=float(i == 0)) for i in range(n)]
-    bar = [Spring(c=c) for _ in range(n - 1)]
-
-    def connections(_):
-        for i, spring in enumerate(bar):
-            yield from lp.chain(body[i], spring, body[i + 1])
-
-    system = lp.assemble(lp.compose(body=body, bar=bar, connections=connections))
+    bodies = [Inertia(J=J, w=float(i == 0)) for i in range(n)]
+    system = lp.assemble(in_turn(bodies, [Spring(c=c) for _ in range(n - 1)]))
     run = lp.simulate(system, until=30.0, method="exact", grid=60)
     k = np.arange(1, n)
     w = 2 * np.sqrt(c / J) * np.sin(k * np.pi / (2 * n))
     for i in (0, 417, n - 1):
         shape = 2 / n * np.cos(k * np.pi / (2 * n)) * np.cos((i + 0.5) * k * np.pi / n)
         expected = 1 / n + np.cos(np.outer(run.t, w)) @ shape
-        error = np.abs(run[f"body[{i}].w"] - expected).max()
+        error = np.abs(run[f"bodies[{i}].w"] - expected).max()
         print(f"body {i}: {error:.1e}")
         assert error < 1e-12
 
@@ -120,28 +109,25 @@ def test_pieces_of_polynomials_kept_angles_and_double_roots():
     """A free disc under a torque t^2 that stops; a critically damped one whose torque jumps."""
     t0, c, d = 1.25, 100.0, 20.0
 
-    class Two(lp.Component):
-        free: Inertia = Inertia(J=2.0)
-        push: Torque = Torque(tau=where(lp.time >= t0, 0.0, 3 * lp.time**2))
-        wall: Fixed = Fixed()
-        bar: SpringDamper = SpringDamper(c=c, d=d)
-        disc: Inertia = Inertia(J=1.0)
-        pull: Torque = Torque(tau=where(lp.time >= t0, 7.0, 0.0))
-
-        def connections(self):
-            yield lp.connect(self.free.flange_a, self.push.flange)
-            yield from lp.chain(self.wall, self.bar, self.disc, self.pull)
-
-    run = lp.simulate(
-        lp.assemble(Two(), keep=["free.phi"]), until=3.0, method="exact", start={"disc.w": 1.0}
+    system = assemble_rows(
+        "free push",
+        "wall bar disc pull",
+        free=Inertia(J=2.0),
+        push=Torque(tau=where(lp.time >= t0, 0.0, 3 * lp.time**2)),
+        wall=Fixed(),
+        bar=SpringDamper(c=c, d=d),
+        disc=Inertia(J=1.0),
+        pull=Torque(tau=where(lp.time >= t0, 7.0, 0.0)),
+        keep=["free.phi"],
     )
+    run = lp.simulate(system, until=3.0, method="exact", start={"disc.w": 1.0})
     t = run.t
     early = np.minimum(t, t0)
     late = np.maximum(t - t0, 0)
-    assert worst(run["free.w"], early**3 / 2) < 1e-14
-    assert worst(run["free.phi"], early**4 / 8 + late * t0**3 / 2) < 1e-14
+    assert apart(run["free.w"], early**3 / 2) < 1e-14
+    assert apart(run["free.phi"], early**4 / 8 + late * t0**3 / 2) < 1e-14
     response = 7 / c * (1 - np.exp(-10 * late) * (1 + 10 * late))
-    assert worst(run["disc.phi"], t * np.exp(-10 * t) + response) < 1e-12
+    assert apart(run["disc.phi"], t * np.exp(-10 * t) + response) < 1e-12
     assert len(run.pieces) == 2
 
 
@@ -151,8 +137,8 @@ def test_a_damped_drive_equals_the_exponential_of_its_matrix(two_mass):
     run = lp.simulate(system, until=5.0, start={"a.w": 1.5}, method="exact", grid=50)
     matrix = np.array([[0, -1.0, 1], [150, -0.2, 0.2], [-300, 0.4, -0.4]])  # twist b - a, w
     expected = np.array([expm(matrix * t) @ [0, 1.5, 0] for t in run.t])
-    assert worst(run["a.w"], expected[:, 1]) < 1e-12
-    assert worst(run["b.w"], expected[:, 2]) < 1e-12
+    assert apart(run["a.w"], expected[:, 1]) < 1e-12
+    assert apart(run["b.w"], expected[:, 2]) < 1e-12
 
 
 def exponential(a):
@@ -209,16 +195,6 @@ def test_parts_of_a_drive_are_solved_by_themselves():
     assert found[:, 1] == pytest.approx([1, 1], rel=1e-15)
 
 
-class Hardening(Spring):
-    """Spring with a cubic law."""
-
-    def equations(self):
-        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
-        yield self.tau == self.c * (self.phi_rel + self.phi_rel**3)
-        yield self.flange_b.tau == self.tau
-        yield self.flange_a.tau == -self.tau
-
-
 class Ageing(lp.Component):
     """Damper that grows with the time."""
 
@@ -231,37 +207,19 @@ class Ageing(lp.Component):
         yield b.tau == lp.time * (lp.der(b.phi) - lp.der(a.phi))
 
 
-def rubbing():
-    class Rubbing(Pendulum):
-        rub: BearingFriction = BearingFriction(characteristic=((0.0, 0.3),))
-
-        def connections(self):
-            yield from lp.chain(self.wall, self.bar, self.disc, self.drive)
-            yield lp.connect(self.disc.flange_a, self.rub.flange_a)
-
-    return Rubbing()
-
-
-def geared():
-    class Geared(Pendulum):
-        gear: EllipticalGear = EllipticalGear(e=0.3)
-        load: Inertia = Inertia(J=1.0)
-
-        def connections(self):
-            yield from lp.chain(self.wall, self.bar, self.disc, self.gear, self.load)
-            yield lp.connect(self.drive.flange, self.disc.flange_a)
-
-    return Geared()
+HARDENING = NonlinearSpring(characteristic=lambda twist: twist + twist**3)
+RUBBING = in_a_row(**PARTS, rub=BearingFriction(characteristic=((0.0, 0.3),)))
+GEARED = in_a_row(**PARTS, gear=EllipticalGear(e=0.3), load=Inertia(J=1.0))
 
 
 @pytest.mark.parametrize(
     ("model", "named"),
     [
-        (rubbing(), "modes depend on states, in rub"),
-        (geared(), "what its states lead is not linear"),
-        (Pendulum().with_({"bar": Hardening(c=1.0)}), "derivatives of disc.w are not linear"),
-        (Pendulum().with_({"drive.tau": sin(lp.time)}), "drives disc.w is no polynomial"),
-        (Pendulum().with_({"bar": Ageing()}), "of disc.w are not linear .* constant coefficients"),
+        (RUBBING, "modes depend on states, in rub"),
+        (GEARED, "what its states lead is not linear"),
+        (PENDULUM.with_({"bar": HARDENING}), "derivatives of disc.w are not linear"),
+        (PENDULUM.with_({"drive.tau": sin(lp.time)}), "drives disc.w is no polynomial"),
+        (PENDULUM.with_({"bar": Ageing()}), "of disc.w are not linear .* constant coefficients"),
     ],
 )
 def test_what_is_not_linear_is_named(model, named):
@@ -270,7 +228,7 @@ def test_what_is_not_linear_is_named(model, named):
 
 
 def test_rounding_that_spoils_the_result_is_an_error():
-    system = lp.assemble(Pendulum())
+    system = lp.assemble(PENDULUM)
     with pytest.raises(SolverError, match=r"rounding may reach .* method='auto'"):
         lp.simulate(system, until=1e9, start={"disc.w": 1.0}, method="exact", grid=[1e9])
 
@@ -292,7 +250,7 @@ def test_rounding_that_spoils_the_result_is_an_error():
     ],
 )
 def test_auto_takes_what_pays_and_says_so(changes, options, method):
-    system = lp.assemble(Pendulum().with_(changes))
+    system = lp.assemble(PENDULUM.with_(changes))
     run = lp.simulate(system, until=0.2, start={"disc.w": 1.0}, **options)
     assert run.statistics.method == method
     assert f"{method}, {run.steps} steps" in repr(run)

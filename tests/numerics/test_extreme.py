@@ -6,7 +6,7 @@ Where errors add up over a run, the limit is the tolerance times the number of s
 import numpy as np
 import pytest
 from linkages import Crank
-from rows import in_a_row
+from rows import assemble_row
 from scipy.integrate import quad
 
 import lumped as lp
@@ -40,13 +40,8 @@ def cost(run):
     return f"{s.method}, {s.steps} steps, {s.rejected} rejected"
 
 
-def joined(keep=(), **parts):
-    """Parts in a row, assembled."""
-    return lp.assemble(in_a_row(**parts), keep=keep)
-
-
 def two_masses(J_a, c, J_b):
-    return joined(a=Inertia(J=J_a), shaft=Spring(c=c), b=Inertia(J=J_b))
+    return assemble_row(a=Inertia(J=J_a), shaft=Spring(c=c), b=Inertia(J=J_b))
 
 
 class ThreeMasses:
@@ -56,7 +51,7 @@ class ThreeMasses:
 
     def __init__(self, ratio):
         J_1, J_2, J_3 = self.J
-        self.system = joined(
+        self.system = assemble_row(
             a=Inertia(J=J_1),
             soft=Spring(c=1.0),
             b=Inertia(J=J_2),
@@ -145,7 +140,9 @@ def test_elliptical_gears_keep_energy_ratio_and_time_of_a_turn(e, method):
     def ratio(phi):
         return (1 - e**2) / ((1 - e) ** 2 + 4 * e * np.sin(phi / 2) ** 2)
 
-    system = joined(a=Inertia(J=J_a), gear=EllipticalGear(e=e), b=Inertia(J=J_b), keep=["a.phi"])
+    system = assemble_row(
+        a=Inertia(J=J_a), gear=EllipticalGear(e=e), b=Inertia(J=J_b), keep=["a.phi"]
+    )
     energy = (J_a + J_b * ratio(np.pi) ** 2) / 2
     until = turns * turn_time(lambda phi: J_a + J_b * ratio(phi) ** 2, energy)
     run = lp.simulate(
@@ -163,7 +160,7 @@ CRANK = {"J": 1.0, "m": 3.0, "r": 0.5}
 
 def crank_drive(rod_ratio, force=0.0):
     r = CRANK["r"]
-    return joined(
+    return assemble_row(
         keep=["crank.phi"],
         crank=Inertia(J=CRANK["J"]),
         rod=Crank(r=r, length=rod_ratio * r),
@@ -246,7 +243,7 @@ def test_a_rod_as_short_as_its_crank_ends_in_an_error_with_the_run_so_far():
 def test_a_driven_vibration_is_the_same_on_any_scale_of_time(period, method):
     w_0 = TURN / period
     w = 0.8 * w_0
-    system = joined(
+    system = assemble_row(
         drive=Torque(tau=lp.ops.sin(w * lp.time)),
         body=Inertia(J=1.0),
         shaft=Spring(c=w_0**2),
@@ -265,7 +262,7 @@ def test_a_driven_vibration_is_the_same_on_any_scale_of_time(period, method):
 @pytest.mark.parametrize("d", [1e-6, 1.0, 1e6, 1e9])
 @pytest.mark.parametrize("times", [5.0, 1e6])
 def test_a_braked_body_of_any_size_runs_out(J, d, times):
-    system = joined(body=Inertia(J=J, w=1.0), brake=Damper(d=d), wall=Fixed())
+    system = assemble_row(body=Inertia(J=J, w=1.0), brake=Damper(d=d), wall=Fixed())
     decay = J / d
     run = lp.simulate(system, until=times * decay, rtol=1e-9)
     print(cost(run))
@@ -286,7 +283,7 @@ def test_free_vibrations_are_exact_for_parameters_over_eighteen_decades(J_a, J_b
 
 
 def test_damped_modes_are_exact_for_parameters_over_eighteen_decades():
-    system = joined(
+    system = assemble_row(
         a=Inertia(J=1.0),
         shaft=SpringDamper(c=1.0, d=1.0),
         gear=IdealGear(ratio=1.0),

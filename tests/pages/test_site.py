@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from all_workers import made_once, wait_until
-from browser import Browser, chromium
+from browser import opened
 from public_names import PUBLIC, THEMES
 
 import lumped
@@ -175,12 +175,8 @@ def test_no_page_loads_anything_from_the_network(site, themed):
 
 @pytest.fixture
 def browser(tmp_path):
-    program = chromium()
-    if program is None:
-        pytest.skip("no Chromium")
-    browser = Browser(program, tmp_path / "profile")
-    yield browser
-    browser.close()
+    with opened(tmp_path / "profile") as found:
+        yield found
 
 
 def test_the_search_finds_pages_without_a_server(themed, browser):

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from linkages import Crank, FourBar, Rod, double_rocker, four_bar, rocker_angle
-from rows import in_a_row
+from linkages import Crank, FourBar, double_rocker, four_bar, pendulum, rocker_angle
+from rows import assemble_row, assemble_rows, in_a_row, in_rows
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -92,20 +92,8 @@ def test_a_linkage_passes_the_dead_centres_of_its_crank(method):
 
 
 def test_a_pendulum_in_cartesian_coordinates_turns_over_and_keeps_its_period():
-    from lumped.components.translation import Force, Mass
-
     g, length = 9.81, 2.0
-    model = lp.compose(
-        across=Mass(m=1.0, s=0.0, v=2 * np.sqrt(g * length) * 1.05),
-        down=Mass(m=1.0, s=2.0),
-        rod=Rod(),
-        weight=Force(f=g),
-        connections=lambda m: [
-            lp.connect(m.across.flange_a, m.rod.x),
-            lp.connect(m.down.flange_a, m.rod.y, m.weight.flange),
-        ],
-    )
-    system = lp.assemble(model)
+    system = lp.assemble(pendulum(v=2 * np.sqrt(g * length) * 1.05))
     assert len(system.state_names) == 2
     run = lp.simulate(system, until=30.0, rtol=1e-10, grid=3000)
     x, y = run["across.s"], run["down.s"]
@@ -150,17 +138,14 @@ def test_two_rods_on_one_crank_turn_a_hundred_times_without_drift():
 
 
 def test_elastic_parallel_gear_paths_run_a_hundred_turns():
-    model = lp.compose(
+    model = in_rows(
+        "a one g1 b",
+        "a g2 b",
         a=Inertia(J=1.0, w=10.0),
         one=Spring(c=1e3),
         g1=IdealGear(ratio=2.0),
         g2=IdealGear(ratio=2.0),
         b=Inertia(J=2.0),
-        connections=lambda m: [
-            *lp.chain(m.a, m.one, m.g1, m.b),
-            lp.connect(m.g2.flange_a, m.a.flange_b),
-            lp.connect(m.g2.flange_b, m.b.flange_a),
-        ],
     )
     run = lp.simulate(lp.assemble(model, keep=["a.phi"]), until=70.0, rtol=1e-9)
     assert run["a.phi"][-1] > 200 * np.pi
@@ -183,10 +168,9 @@ class Hardening(lp.Component):
 
 
 def test_hardening_springs_in_series_share_the_torque():
-    model = in_a_row(
+    system = assemble_row(
         wall=Fixed(), one=Hardening(k=50.0), two=Hardening(k=400.0), body=Inertia(J=1.0, phi=1.0)
     )
-    system = lp.assemble(model)
     assert len(system.state_names) == 2
     run = lp.simulate(system, until=3.0, rtol=1e-9, grid=60)
     for phi, tau in zip(run["body.phi"], run["two.tau"], strict=True):
@@ -237,20 +221,17 @@ def test_an_implicit_quantity_is_solved_again_where_a_torque_jumps():
 
 
 def test_a_driven_linkage_comes_to_rest_and_has_modes():
-    model = lp.compose(
+    system = assemble_rows(
+        "drive crank linkage rocker",
+        "crank.flange_a shaft.flange_a",
+        "shaft wall",
         drive=Torque(tau=2.0),
         crank=Inertia(J=2.0, phi=0.5),
         shaft=Spring(c=40.0, phi_rel0=0.0),
         wall=Fixed(phi0=0.5),
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.crank, m.linkage, m.rocker),
-            lp.connect(m.crank.flange_a, m.shaft.flange_a),
-            lp.connect(m.shaft.flange_b, m.wall.flange),
-        ],
     )
-    system = lp.assemble(model)
     point = lp.equilibrium(system)
     assert point["crank.phi"] == pytest.approx(0.55, rel=1e-10)
     h = 1e-5
@@ -261,11 +242,10 @@ def test_a_driven_linkage_comes_to_rest_and_has_modes():
 
 def test_initial_equations_hold_for_what_a_linkage_moves():
     # the crank stands where the rocker is at 1.75 rad, and turns so that the rocker has 2 rad/s
-    model = lp.compose(
+    model = in_a_row(
         crank=Inertia(J=2.0),
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),
-        connections=lambda m: lp.chain(m.crank, m.linkage, m.rocker),
         initial_equations=lambda m: [m.rocker.phi == 1.75, lp.der(m.rocker.phi) == 2.0],
     )
     point = lp.start_point(lp.assemble(model))
@@ -276,11 +256,10 @@ def test_initial_equations_hold_for_what_a_linkage_moves():
 
 
 def test_an_initial_equation_for_the_jerk_behind_a_linkage_sets_the_speed_of_its_crank():
-    model = lp.compose(
+    model = in_a_row(
         motor=Speed(w=1.0),
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),
-        connections=lambda m: lp.chain(m.motor, m.linkage, m.rocker),
         initial_equations=lambda m: [lp.der(m.rocker.a) == 5.0],
     )
     point = lp.start_point(lp.assemble(model), free=["motor.w"])
@@ -303,16 +282,14 @@ class Slack(lp.Component):
 
 
 def test_a_linkage_settles_where_a_slack_spring_holds_it():
-    model = lp.compose(
+    model = in_rows(
+        "drive crank linkage rocker",
+        "crank spring",
         drive=Torque(tau=-200.0),
         crank=Inertia(J=2.0),
         spring=Slack(),
         linkage=FourBar(),
         rocker=Inertia(J=3.0, phi=1.9),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.crank, m.linkage, m.rocker),
-            lp.connect(m.crank.flange_b, m.spring.flange),
-        ],
     )
     point = lp.equilibrium(lp.assemble(model))
     expected = brentq(lambda p: 300.0 * (p - 0.02 * np.tanh(p / 0.02)) + 200.0, -2, 0, xtol=1e-15)

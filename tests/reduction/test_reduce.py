@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_row, assemble_rows, in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -26,20 +26,14 @@ def relative(received, expected):
     return error
 
 
-class Pair(lp.Component):
-    """Two inertias and a rigid gear: phi_a = ratio phi_b."""
-
-    drive: Torque = Torque(tau=7.0)
-    a: Inertia = Inertia(J=2.0)
-    gear: IdealGear = IdealGear(ratio=3.0)
-    b: Inertia = Inertia(J=5.0)
-
-    def connections(self):
-        yield from lp.chain(self.drive, self.a, self.gear, self.b)
+PAIR = in_a_row(
+    drive=Torque(tau=7.0), a=Inertia(J=2.0), gear=IdealGear(ratio=3.0), b=Inertia(J=5.0)
+)
+"""Two inertias and a rigid gear: phi_a = ratio phi_b."""
 
 
 def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
-    system = lp.assemble(Pair(), keep=["a.phi"])
+    system = lp.assemble(PAIR, keep=["a.phi"])
     assert system.state_names == ["a.phi", "a.w"]
     assert system.report()["index"] == 3
     rng = np.random.default_rng(2)
@@ -52,7 +46,7 @@ def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
         assert relative(point["b.a"], expected / ratio) < 1e-14
         assert relative(point["b.w"], 4.0 / ratio) < 1e-14
         assert relative(point["gear.flange_b.tau"], -jb * expected / ratio) < 1e-13
-    lone = lp.assemble(Pair())
+    lone = lp.assemble(PAIR)
     assert lone.state_names == ["a.w"]
 
 
@@ -93,16 +87,14 @@ def test_a_train_of_rigid_gears_collapses_to_one_speed():
 
 
 def test_the_housing_of_a_gear_takes_the_difference_of_the_torques():
-    model = lp.compose(
+    model = in_rows(
+        "drive a gear b",
+        "gear.support housing.flange_a",
         drive=Torque(tau=6.0),
         a=Inertia(J=1.0),
         gear=IdealGear(ratio=4.0),
         b=Inertia(J=2.0),
         housing=Inertia(J=3.0),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.a, m.gear, m.b),
-            lp.connect(m.gear.support, m.housing.flange_a),
-        ],
     )
     point = lp.start_point(lp.assemble(model))
     # accelerations x = (a, b, h) with a - h = 4 (b - h): minimise Gauss' constraint
@@ -113,19 +105,12 @@ def test_the_housing_of_a_gear_takes_the_difference_of_the_torques():
     assert relative([point[n] for n in ("a.a", "b.a", "housing.a")], expected) < 1e-13
 
 
-class EllipticalDrive(lp.Component):
-    """Inertia, elliptical gear, inertia: J_a, J_b, e."""
-
-    a: Inertia = Inertia(J=1.3)
-    gear: EllipticalGear = EllipticalGear(e=0.5)
-    b: Inertia = Inertia(J=0.7)
-
-    def connections(self):
-        yield from lp.chain(self.a, self.gear, self.b)
+ELLIPTICAL = {"a": Inertia(J=1.3), "gear": EllipticalGear(e=0.5), "b": Inertia(J=0.7)}
+"""Inertia, elliptical gear, inertia: J_a, J_b, e."""
 
 
 def test_a_variable_ratio_keeps_the_driving_angle_as_state():
-    system = lp.assemble(EllipticalDrive())
+    system = assemble_row(**ELLIPTICAL)
     assert system.state_names == ["a.phi", "a.w"]
     e = 0.5
     for phi, w in np.random.default_rng(5).uniform(-9, 9, (20, 2)):
@@ -139,7 +124,7 @@ def test_a_variable_ratio_keeps_the_driving_angle_as_state():
 
 
 def test_energy_stays_constant_over_a_hundred_turns_of_an_elliptical_gear():
-    system = lp.assemble(EllipticalDrive(a=Inertia(J=1.3, w=20.0)))
+    system = assemble_row(**{**ELLIPTICAL, "a": Inertia(J=1.3, w=20.0)})
     run = lp.simulate(system, until=35.0, rtol=1e-10)
     assert run["a.phi"][-1] > 100 * 2 * np.pi
     energy = 0.5 * 1.3 * run["a.w"] ** 2 + 0.5 * 0.7 * run["b.w"] ** 2
@@ -150,17 +135,7 @@ def test_energy_stays_constant_over_a_hundred_turns_of_an_elliptical_gear():
 
 def test_a_prescribed_angle_gives_the_torque_it_takes():
     angle = 3 * lp.time + 0.2 * sin(5 * lp.time)
-
-    class Driven(EllipticalDrive):
-        """Elliptical drive with prescribed angle: phi_a = angle."""
-
-        guide: Position = Position(phi=angle)
-
-        def connections(self):
-            yield from super().connections()
-            yield lp.connect(self.guide.flange, self.a.flange_a)
-
-    system = lp.assemble(Driven())
+    system = assemble_row(guide=Position(phi=angle), **ELLIPTICAL)
     assert system.state_names == []
     run = lp.simulate(system, until=3.0, grid=50)
     t, e = run.t, 0.5
@@ -174,19 +149,16 @@ def test_a_prescribed_angle_gives_the_torque_it_takes():
 
 
 def test_a_planetary_set_has_the_projected_mass_matrix():
-    model = lp.compose(
+    system = assemble_rows(
+        "drive.flange s.flange_a gear.sun",
+        "c.flange_a gear.carrier",
+        "r.flange_a gear.ring",
         gear=Planetary(ratio=2.5),
         s=Inertia(J=1.0),
         c=Inertia(J=4.0),
         r=Inertia(J=2.0),
         drive=Torque(tau=3.0),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.s.flange_a, m.gear.sun),
-            lp.connect(m.c.flange_a, m.gear.carrier),
-            lp.connect(m.r.flange_a, m.gear.ring),
-        ],
     )
-    system = lp.assemble(model)
     assert len(system.state_names) == 2
     point = lp.start_point(system)
     basis = np.array([[1, 0], [1 / 3.5, 2.5 / 3.5], [0, 1]])
@@ -196,21 +168,23 @@ def test_a_planetary_set_has_the_projected_mass_matrix():
 
 
 def test_springs_in_series_without_inertia_between_them_add_their_compliances():
-    model = in_a_row(a=Inertia(J=1.0), one=Spring(c=100.0), two=Spring(c=300.0), b=Inertia(J=2.0))
-    system = lp.assemble(model)
+    system = assemble_row(
+        a=Inertia(J=1.0), one=Spring(c=100.0), two=Spring(c=300.0), b=Inertia(J=2.0)
+    )
     assert len(system.state_names) == 3
     expected = np.sqrt(75.0 * 1.5) / (2 * np.pi)
     assert relative(lp.modes(system).hertz, expected) < 1e-14
 
 
 def test_requested_outputs_decide_what_is_computed():
-    model = lp.compose(
+    model = in_rows(
+        "one shaft two",
+        "idle apart",
         one=Inertia(J=1.0, w=1.0),
         shaft=Spring(c=4.0),
         two=Inertia(J=1.0),
         apart=Inertia(J=2.0, w=3.0),
         idle=Torque(tau=0.0),
-        connections=lambda m: [*lp.chain(m.one, m.shaft, m.two), *lp.chain(m.idle, m.apart)],
     )
     everything = lp.assemble(model)
     assert everything.state_names == ["one.w", "shaft.phi_rel", "two.w", "apart.w"]
@@ -275,8 +249,7 @@ class Cam(lp.Component):
 
 
 def test_an_angle_stays_that_enters_by_a_law_without_value_at_some_angles():
-    model = in_a_row(shaft=Inertia(J=1.0), cam=Cam(), follower=Mass(m=2.0))
-    system = lp.assemble(model)
+    system = assemble_row(shaft=Inertia(J=1.0), cam=Cam(), follower=Mass(m=2.0))
     assert system.state_names == ["shaft.phi", "shaft.w"]
     point = lp.start_point(system, start={"shaft.phi": 0.7, "shaft.w": 3.0})
     slope, bend = 0.15 * 0.7**0.5, 0.075 / 0.7**0.5
@@ -315,7 +288,7 @@ def test_a_load_torque_may_follow_the_speed_of_a_neighbour():
 
 
 def test_the_report_tells_what_became_of_the_model():
-    report = lp.assemble(EllipticalDrive()).report()
+    report = assemble_row(**ELLIPTICAL).report()
     assert report["index"] == 3
     assert report["states"] == len(report.states) == 2
     assert list(report.seconds) == ["flatten", "reduce", "prune"]

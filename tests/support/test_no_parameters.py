@@ -1,5 +1,6 @@
 """Quantities asked for as parameters that are none."""
 
+from rows import assemble_rows
 from test_wrong_calls import message
 
 import lumped as lp
@@ -16,19 +17,16 @@ def test_what_is_no_parameter_is_told_why():
         def equations(self):
             yield self.y == 2 * lp.time
 
-    model = lp.compose(
+    system = assemble_rows(
+        "load body",
+        "speed other",
+        "source.y speed.w",
         load=Torque(tau=3 * lp.ops.sin(lp.time)),
         body=Inertia(J=1.0),
         source=Doubled(),
         speed=Speed(),
         other=Inertia(J=1.0),
-        connections=lambda m: [
-            *lp.chain(m.load, m.body),
-            *lp.chain(m.speed, m.other),
-            lp.connect(m.source.y, m.speed.w),
-        ],
     )
-    system = lp.assemble(model)
 
     def free(name):
         return message(lambda: lp.start_point(system, free=[name]), UnknownNameError)

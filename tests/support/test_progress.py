@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from interrupts import interrupt_before
+from rows import assemble_row, assemble_rows
 
 import lumped as lp
 from lumped.components import BearingFriction, CrankSlider, Inertia, Spring, SwingingMass, Torque
@@ -35,17 +36,12 @@ def terminal(monkeypatch):
 
 
 def slider():
-    model = lp.compose(
+    return assemble_row(
         wheel=Inertia(J=1.0, w=20.0),
         shaft=Spring(c=100.0),
         disc=Inertia(J=0.1),
         crank=CrankSlider(r=0.1, L=0.4, m=2.0),
-        connections=lambda m: [
-            *lp.chain(m.wheel, m.shaft, m.disc),
-            lp.connect(m.disc.flange_b, m.crank.flange),
-        ],
     )
-    return lp.assemble(model)
 
 
 def test_a_run_says_how_far_it_is_and_takes_the_line_away(terminal):
@@ -106,16 +102,15 @@ def test_an_interrupted_run_keeps_what_it_computed(monkeypatch):
 
 
 def braked():
-    model = lp.compose(
+    return assemble_rows(
+        "drive body",
+        "drive rub",
+        "drive arm",
         drive=Torque(tau=where(lp.time >= 0.3, 1.0, 2.0)),
         body=Inertia(J=1.0, w=1.0),
         rub=BearingFriction(characteristic=((0.0, 0.5),)),
         arm=SwingingMass(m=1.0, R=0.4),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.body.flange_a, m.rub.flange_a, m.arm.flange)
-        ],
     )
-    return lp.assemble(model)
 
 
 def interrupted_at(line, system, **options):

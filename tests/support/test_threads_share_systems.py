@@ -8,6 +8,7 @@ from threading import Barrier
 import numpy as np
 import pytest
 from linkages import double_rocker
+from rows import in_rows
 
 import lumped as lp
 from lumped import functionals as fun
@@ -29,7 +30,9 @@ THREADS = 8
 
 def driven():
     """A torque that changes, a clutch, dry friction, and a mechanism with gravity."""
-    return lp.compose(
+    return in_rows(
+        "drive motor clutch wheel shaft disc crank",
+        "disc rub",
         drive=Torque(tau=where(lp.time >= 0.1, 3.0, 5.0 + lp.ops.sin(lp.time))),
         motor=Inertia(J=0.4),
         clutch=Clutch(f_max=8.0, u=1.0),
@@ -38,27 +41,20 @@ def driven():
         disc=Inertia(J=0.2),
         rub=BearingFriction(characteristic=((0.0, 0.3),)),
         crank=CrankSlider(r=0.1, L=0.4, m=2.0),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.motor, m.clutch, m.wheel, m.shaft, m.disc),
-            lp.connect(m.disc.flange_b, m.crank.flange, m.rub.flange_a),
-        ],
     )
 
 
 def hanging():
     """A drive that comes to rest against springs."""
-    return lp.compose(
+    return in_rows(
+        "drive wheel shaft arm",
+        "shaft damper wall",
         drive=Torque(tau=2.0),
         wheel=Inertia(J=1.0),
         shaft=Spring(c=500.0),
         arm=SwingingMass(m=1.0, R=0.3),
         damper=Damper(d=0.4),
         wall=Fixed(),
-        connections=lambda m: [
-            *lp.chain(m.drive, m.wheel, m.shaft),
-            lp.connect(m.shaft.flange_b, m.arm.flange, m.damper.flange_a),
-            lp.connect(m.damper.flange_b, m.wall.flange),
-        ],
     )
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pint
 import pytest
-from rows import in_a_row
+from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring, Vehicle
@@ -171,13 +171,11 @@ def test_equations_of_mixed_kinds_are_all_listed():
 
 
 def test_signals_of_different_kinds_are_found():
-    model = lp.compose(
+    model = in_rows(
+        "drive speed",
+        "speed.w drive.wanted",
         speed=SpeedSensor(),
         drive=ConverterDrive(tau_max=1.0, P_max=1.0, T=1.0, J=1.0),
-        connections=lambda m: [
-            lp.connect(m.drive.flange, m.speed.flange),
-            lp.connect(m.speed.w, m.drive.wanted),
-        ],
     )
     with pytest.raises(UnitError, match=r"speed\.w joined to drive\.wanted: s\^-1 against"):
         lp.check_units(model)

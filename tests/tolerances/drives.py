@@ -1,25 +1,14 @@
 """Small drives with closed forms."""
 
 import numpy as np
-from rows import assemble_row
+from rows import assemble_row, assemble_rows
 
-import lumped as lp
 from lumped.components import Brake, Fixed, Inertia, Spring, SpringDamper, Torque
 
 
-class Pair(lp.Component):
+def pair():
     """Two inertias and a spring: f = sqrt(c (1/Ja + 1/Jb)) / (2 pi)."""
-
-    a: Inertia = Inertia(J=2.0)
-    s: SpringDamper = SpringDamper(c=1000.0, d=0.3)
-    b: Inertia = Inertia(J=3.0)
-
-    def connections(self):
-        yield from lp.chain(self.a, self.s, self.b)
-
-
-def pair(**changes):
-    return lp.assemble(Pair(**changes))
+    return assemble_row(a=Inertia(J=2.0), s=SpringDamper(c=1000.0, d=0.3), b=Inertia(J=3.0))
 
 
 def undamped_hertz(c, Ja, Jb):
@@ -28,16 +17,8 @@ def undamped_hertz(c, Ja, Jb):
 
 def wheel():
     """An inertia driven by two torques: speed after one second (tau1 + tau2) / J."""
-    return lp.assemble(
-        lp.compose(
-            body=Inertia(J=4.0, w=0.0),
-            one=Torque(tau=20.0),
-            two=Torque(tau=12.0),
-            connections=lambda m: [
-                lp.connect(m.one.flange, m.body.flange_a),
-                lp.connect(m.two.flange, m.body.flange_b),
-            ],
-        )
+    return assemble_rows(
+        "one body two", body=Inertia(J=4.0, w=0.0), one=Torque(tau=20.0), two=Torque(tau=12.0)
     )
 
 

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -17,17 +18,13 @@ J, BIG, C, D, A, ORDER = 0.5, 50.0, 2.0e4, 6.0, 100.0, 3.0
 @pytest.fixture(scope="module")
 def response():
     """A small inertia, excited three times a turn, on a shaft to a large one."""
-    model = lp.compose(
+    model = in_a_row(
         torque=Torque(tau=0.0),
         small=Inertia(J=J),
         shaft=SpringDamper(c=C, d=D),
         big=Inertia(J=BIG),
         water=Damper(d=1.0),
         ground=Fixed(),
-        connections=lambda m: [
-            lp.connect(m.torque.flange, m.small.flange_a),
-            *lp.chain(m.small, m.shaft, m.big, m.water, m.ground),
-        ],
     )
     return lp.vibration.order_response(
         lp.assemble(model), speeds=SPEEDS, of=["shaft.tau"], excitations={"torque.tau": {ORDER: A}}

@@ -8,55 +8,42 @@ import pytest
 
 from lumped.errors import LumpedError
 
-from . import (
-    connections,
-    contact,
-    couplings,
-    cranks,
-    electric_drives,
-    equilibria,
-    friction,
-    held_twice,
-    loose_parts,
-    losses,
-    mechanisms,
-    names,
-    own_components,
-    parameters,
-    rigid_loops,
-    runs,
-    shafts,
-    signals,
-    start_values,
-    winding,
-)
+from .connections import ports, signals
+from .electric_drives import drives
+from .friction import contact, friction, losses
+from .mechanisms import cranks, mechanisms, winding
+from .names import names, values
+from .own_components import laws
+from .runs import equilibria, runs, starts
+from .shafts import couplings, shafts
+from .supports import loops, loose, twice
 
 CATALOGUE = Path(__file__).parents[2] / "docs" / "errors.md"
 
 # In the order of the page.
 KINDS = (
-    held_twice,
-    rigid_loops,
-    loose_parts,
-    parameters,
+    twice,
+    loops,
+    loose,
+    values,
     mechanisms,
     winding,
     shafts,
     losses,
     names,
-    connections,
+    ports,
     signals,
     friction,
-    electric_drives,
-    own_components,
-    start_values,
+    drives,
+    laws,
+    starts,
     equilibria,
     runs,
     contact,
     cranks,
     couplings,
 )
-CASES = [case for kind in KINDS for case in kind.wrong.cases]
+CASES = [case for kind in KINDS for case in kind.cases]
 
 INTRODUCTION = """\
 # Errors
@@ -69,9 +56,9 @@ How to read a text:
 
 * The first line says what is wrong, and in which model.
 * Paths lead from the top of the model to the part: `line.second.twist.c` is the stiffness of
-  `twist`, in `second`, in `line`; `discs[1]` and `brakes["left"]` stand in a list and a dictionary.
-  The class stands behind in brackets.
-* Equations are shown as written, with full names, and where they stand: *in* a part, or *at* the
+  `twist`, in `second`, in `line`; `discs[1]` and `brakes["left"]` are held in a list and a
+  dictionary. The class follows in brackets.
+* Equations are shown as written, with full names, and where they are: *in* a part, or *at* the
   ports that a connection joins.
 * Where equations and unknowns do not fit, there are always both: equations that determine something
   too often, and something that nothing determines. "Left after joining what is equal" counts the
@@ -105,8 +92,8 @@ def catalogue():
     """The text of docs/errors.md."""
     lines = [INTRODUCTION]
     for kind in KINDS:
-        lines.append(f"## {kind.wrong.kind}\n")
-        for case in kind.wrong.cases:
+        lines.append(f"## {kind.kind}\n")
+        for case in kind.cases:
             error = answer(case)
             text = LONG.sub(rounded, f"{type(error).__name__}: {error}")
             lines.append(f"{case.mistake}\n\n```text\n{text}\n```\n")

@@ -1,4 +1,4 @@
-"""Ports and their connections."""
+"""Ports, connections and signals."""
 
 import lumped as lp
 from lumped.components import (
@@ -16,18 +16,18 @@ from lumped.components import (
 from lumped.errors import ConnectError, DeclarationError, EquationError, SingularModelError
 
 from . import Table
-from .parts import Hoist, Line, Machine, Shaft, assemble_row, build
+from .parts import Hoist, Line, Machine, Shaft, assemble_row, build, build_rows
 
-wrong = Table("Ports and connections")
+ports = Table("Ports and connections")
 
 
-@wrong(ConnectError, "shaft.flange_b", "not connected")
+@ports(ConnectError, "shaft.flange_b", "not connected")
 def port_open():
     """The end of a shaft is not connected."""
     assemble_row(motor=Inertia(J=1.0), shaft=Spring(c=1.0))
 
 
-@wrong(ConnectError, "hoist.line.second.twist.flange_b", "not connected")
+@ports(ConnectError, "hoist.line.second.twist.flange_b", "not connected")
 def port_open_deep_inside():
     """A port three levels down is not connected."""
 
@@ -41,7 +41,7 @@ def port_open_deep_inside():
     build(hoist=Hoist().with_({"line.second": Half()}))
 
 
-@wrong(SingularModelError, "line.second", "flange_b", "inside")
+@ports(SingularModelError, "line.second", "flange_b", "inside")
 def composite_port_not_connected_inside():
     """A composite declares a port and connects nothing to it inside."""
 
@@ -54,7 +54,7 @@ def composite_port_not_connected_inside():
     lp.assemble(Hoist().with_({"line.second": Stub()}))
 
 
-@wrong(ConnectError, "line.first.twist.flange_a", "direct parts")
+@ports(ConnectError, "line.first.twist.flange_a", "direct parts")
 def port_of_a_grandchild():
     """A model connects to a port of a part of its part."""
     build(
@@ -71,7 +71,7 @@ def port_of_a_grandchild():
     )
 
 
-@wrong(ConnectError, "Crane", "IdealGear", "direct parts")
+@ports(ConnectError, "Crane", "IdealGear", "direct parts")
 def part_of_another_model():
     """A model is connected to a part that was made outside of it."""
     gear = IdealGear(ratio=2.0)
@@ -87,42 +87,37 @@ def part_of_another_model():
     lp.assemble(Crane())
 
 
-@wrong(ConnectError, "rotational flange", "translational flange", "rack and pinion")
+@ports(ConnectError, "rotational flange", "translational flange", "rack and pinion")
 def rotation_on_translation():
     """A shaft is connected to a sliding mass."""
     assemble_row(shaft=Inertia(J=1.0), slide=translation.Mass(m=1.0))
 
 
-@wrong(ConnectError, "motor.p (electrical pin)", "rotor.flange_a (rotational flange)")
+@ports(ConnectError, "motor.p (electrical pin)", "rotor.flange_a (rotational flange)")
 def pin_on_a_flange():
     """An electric pin is connected to a shaft."""
-    build(
-        lambda m: [lp.connect(m.motor.p, m.rotor.flange_a)], motor=Machine(), rotor=Inertia(J=1.0)
-    )
+    build_rows("motor.p rotor.flange_a", motor=Machine(), rotor=Inertia(J=1.0))
 
 
-@wrong(ConnectError, "command.y (signal)", "rotor.flange_a (rotational flange)")
+@ports(ConnectError, "command.y (signal)", "rotor.flange_a (rotational flange)")
 def signal_on_a_flange():
     """A signal is connected to a flange instead of to the input of a source."""
-    build(
-        lambda m: [lp.connect(m.command.y, m.rotor.flange_a)],
-        command=Constant(k=1.0),
-        rotor=Inertia(J=1.0),
-    )
+    build_rows("command.y rotor.flange_a", command=Constant(k=1.0), rotor=Inertia(J=1.0))
 
 
-@wrong(ConnectError, "sensor.w (signal)", "load.flange_a (rotational flange)")
+@ports(ConnectError, "sensor.w (signal)", "load.flange_a (rotational flange)")
 def signal_of_a_sensor_on_a_shaft():
     """The output of a speed sensor is connected to the next shaft."""
-    build(
-        lambda m: [*lp.chain(m.motor, m.sensor), lp.connect(m.sensor.w, m.load.flange_a)],
+    build_rows(
+        "motor sensor",
+        "sensor.w load.flange_a",
         motor=Inertia(J=1.0),
         sensor=SpeedSensor(),
         load=Inertia(J=1.0),
     )
 
 
-@wrong(ConnectError, "motor (Inertia)", "flange_a, flange_b")
+@ports(ConnectError, "motor (Inertia)", "flange_a, flange_b")
 def part_instead_of_port():
     """A part is connected, not one of its ports."""
     build(
@@ -130,25 +125,25 @@ def part_instead_of_port():
     )
 
 
-@wrong(ConnectError, "'motor.w'", "ports and signals")
+@ports(ConnectError, "'motor.w'", "ports and signals")
 def variable_instead_of_port():
     """A variable of a body is connected to the input of a source."""
-    build(lambda m: [lp.connect(m.motor.w, m.drive.tau)], motor=Inertia(J=1.0), drive=Torque())
+    build_rows("motor.w drive.tau", motor=Inertia(J=1.0), drive=Torque())
 
 
-@wrong(ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")
+@ports(ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")
 def planetary_in_a_chain():
     """A chain runs through a planetary gear, which has no flange_a."""
     assemble_row(motor=Inertia(J=1.0), set=Planetary(ratio=2.0), load=Inertia(J=1.0))
 
 
-@wrong(ConnectError, "motor.flange_b", "at least two ports")
+@ports(ConnectError, "motor.flange_b", "at least two ports")
 def one_end_only():
     """A connection has a single end."""
     build(lambda m: [lp.connect(m.motor.flange_b)], motor=Inertia(J=1.0))
 
 
-@wrong(EquationError, "Drive", "connections", "yield")
+@ports(EquationError, "Drive", "connections", "yield")
 def connections_return_ports():
     """connections() yields a pair of ports without connect."""
 
@@ -164,20 +159,20 @@ def connections_return_ports():
     lp.assemble(Drive())
 
 
-@wrong(DeclarationError, "left", "right", "same Inertia object")
+@ports(DeclarationError, "left", "right", "same Inertia object")
 def same_object_twice():
     """The same object stands for two parts."""
     wheel = Inertia(J=1.0)
     lp.compose(left=wheel, right=wheel)
 
 
-@wrong(DeclarationError, "wheels[0]", "wheels[1]", "same Inertia object")
+@ports(DeclarationError, "wheels[0]", "wheels[1]", "same Inertia object")
 def list_multiplied():
     """A list of parts is made by multiplication."""
     lp.compose(wheels=[Inertia(J=1.0)] * 4)
 
 
-@wrong(DeclarationError, "Drive.motor", "parentheses")
+@ports(DeclarationError, "Drive.motor", "parentheses")
 def class_instead_of_part():
     """A class stands where a part must, without parentheses."""
 
@@ -187,7 +182,112 @@ def class_instead_of_part():
         motor: Inertia = Inertia
 
 
-@wrong(DeclarationError, "J of motor (Inertia)", "with_")
+@ports(DeclarationError, "J of motor (Inertia)", "with_")
 def assignment_to_a_part():
     """A parameter of a finished part is assigned."""
     Hoist().motor.J = 2.0
+
+
+signals = Table("Signals")
+
+
+def commanded(*rows, **parts):
+    """Assemble a motor on a rotor, with parts that are joined in these rows."""
+    parts = {"motor": Torque(), "rotor": Inertia(J=1.0), **parts}
+    build_rows("motor rotor", *rows, **parts)
+
+
+@signals(ConnectError, "motor.tau", "no source", "tau=")
+def input_without_source():
+    """A torque source gets no torque."""
+    assemble_row(motor=Torque(), rotor=Inertia(J=1.0))
+
+
+@signals(ConnectError, "motor.tau", "one.y", "two.y", "2 sources")
+def input_with_two_sources():
+    """Two signals feed one input."""
+    commanded("one.y motor.tau", "two.y motor.tau", one=Constant(k=1.0), two=Constant(k=2.0))
+
+
+@signals(ConnectError, "motor.tau", "connected and given")
+def input_connected_and_given():
+    """An input is given a number and connected."""
+    commanded("one.y motor.tau", motor=Torque(tau=3.0), one=Constant(k=1.0))
+
+
+@signals(ConnectError, "left.tau", "right.tau", "no source")
+def inputs_joined_only():
+    """Two inputs are joined, and nothing feeds them."""
+    build_rows(
+        "left rotor right",
+        "left.tau right.tau",
+        left=Torque(),
+        rotor=Inertia(J=1.0),
+        right=Torque(),
+    )
+
+
+@signals(ConnectError, "one.y", "two.y", "2 sources")
+def two_outputs_joined():
+    """Two outputs are connected to each other."""
+    build_rows("one.y two.y", one=Constant(k=1.0), two=Constant(k=2.0))
+
+
+@signals(SingularModelError, "control (Control)", "y == 2 * time", "too many")
+def output_driven_twice():
+    """An output is connected inside and has an equation too."""
+
+    class Control(lp.Component):
+        """Constant command with a second law."""
+
+        inner: Constant = Constant(k=1.0)
+        y = lp.Output("N.m", "command")
+
+        def connections(self):
+            yield lp.connect(self.inner.y, self.y)
+
+        def equations(self):
+            yield self.y == 2 * lp.time
+
+    commanded("control.y motor.tau", control=Control())
+
+
+@signals(SingularModelError, "control (Control)", "its y must be determined")
+def output_not_driven():
+    """An output of a composite is neither connected inside nor computed."""
+
+    class Control(lp.Component):
+        """Forgets its output."""
+
+        inner: Constant = Constant(k=1.0)
+        y = lp.Output("N.m", "command")
+
+    commanded("control.y motor.tau", control=Control())
+
+
+@signals(DeclarationError, "SpeedSensor(w=", "output")
+def output_given():
+    """The output of a sensor is given a value."""
+    SpeedSensor(w=1.0)
+
+
+@signals(ConnectError, "sensor.flange", "not connected")
+def sensor_not_attached():
+    """A sensor's signal is used, but its flange is not connected."""
+    commanded("sensor.w motor.tau", sensor=SpeedSensor())
+
+
+@signals(SingularModelError, "one, two only repeat each other")
+def signals_in_a_circle():
+    """Two signals are each the other: an algebraic loop that determines nothing."""
+
+    class Follow(lp.Component):
+        """Repeats its input."""
+
+        u = lp.Input("1", "in")
+        y = lp.Output("1", "out")
+
+        def equations(self):
+            yield self.y == self.u
+
+    build_rows("one.y two.u", "two.y one.u", one=Follow(), two=Follow())

@@ -1,6 +1,7 @@
 """Equations of own components."""
 
 import math
+from functools import wraps
 
 import numpy as np
 
@@ -11,100 +12,82 @@ from lumped.errors import EquationError, SingularModelError, SolverError, StartE
 from . import Table
 from .parts import assemble_row, braked, build
 
-wrong = Table("Equations of own components")
+laws = Table("Equations of own components")
 
 
-@wrong(SingularModelError, "brake (Brake) brings 1 equation", "needs 2", "w", "flange")
-def equation_missing():
+def wrong_law(error, *words):
+    """Enter the equations of a brake into the table: the mistake is to assemble it."""
+
+    def enter(equations):
+        @laws(error, *words)
+        @wraps(equations)
+        def make():
+            braked(equations)
+
+    return enter
+
+
+@wrong_law(SingularModelError, "brake (Brake) brings 1 equation", "needs 2", "w", "flange")
+def equation_missing(self):
     """A component has an equation too few."""
-
-    def law(self):
-        yield self.flange.tau == self.d * self.w
-
-    braked(law)
+    yield self.flange.tau == self.d * self.w
 
 
-@wrong(SingularModelError, "brake (Brake) brings 3 equations but needs 2", "too many", "tau == 5")
-def equation_surplus():
+@wrong_law(
+    SingularModelError, "brake (Brake) brings 3 equations but needs 2", "too many", "tau == 5"
+)
+def equation_surplus(self):
     """A component has an equation too many."""
-
-    def law(self):
-        yield self.w == lp.der(self.flange.phi)
-        yield self.flange.tau == self.d * self.w
-        yield self.flange.tau == 5.0
-
-    braked(law)
+    yield self.w == lp.der(self.flange.phi)
+    yield self.flange.tau == self.d * self.w
+    yield self.flange.tau == 5.0
 
 
-@wrong(SingularModelError, "in brake", "equations of brake (Brake)", "twice")
-def equation_twice():
+@wrong_law(SingularModelError, "in brake", "equations of brake (Brake)", "twice")
+def equation_twice(self):
     """A component states one law twice and forgets another: the count is right."""
-
-    def law(self):
-        yield self.w == lp.der(self.flange.phi)
-        yield 2 * self.w == 2 * lp.der(self.flange.phi)
-
-    braked(law)
+    yield self.w == lp.der(self.flange.phi)
+    yield 2 * self.w == 2 * lp.der(self.flange.phi)
 
 
-@wrong(SingularModelError, "brake.w = brake.w", "no unknown is left", "cancel")
-def equation_of_itself():
+@wrong_law(SingularModelError, "brake.w = brake.w", "no unknown is left", "cancel")
+def equation_of_itself(self):
     """A quantity is said to equal itself."""
-
-    def law(self):
-        yield self.w == self.w
-        yield self.flange.tau == self.d * lp.der(self.flange.phi)
-
-    braked(law)
+    yield self.w == self.w
+    yield self.flange.tau == self.d * lp.der(self.flange.phi)
 
 
-@wrong(EquationError, "brake (Brake)", "must be an equation")
-def expression_instead_of_equation():
+@wrong_law(EquationError, "brake (Brake)", "must be an equation")
+def expression_instead_of_equation(self):
     """An equation is written as an expression that should be zero."""
-
-    def law(self):
-        yield self.w - lp.der(self.flange.phi)
-        yield self.flange.tau == self.d * self.w
-
-    braked(law)
+    yield self.w - lp.der(self.flange.phi)
+    yield self.flange.tau == self.d * self.w
 
 
-@wrong(EquationError, "brake", "w", "where")
-def if_on_a_variable():
+@wrong_law(EquationError, "brake", "w", "where")
+def if_on_a_variable(self):
     """A law is chosen by `if` on a variable."""
-
-    def law(self):
-        yield self.w == lp.der(self.flange.phi)
-        if self.w > 0:
-            yield self.flange.tau == self.d
-        else:
-            yield self.flange.tau == -self.d
-
-    braked(law)
+    yield self.w == lp.der(self.flange.phi)
+    if self.w > 0:
+        yield self.flange.tau == self.d
+    else:
+        yield self.flange.tau == -self.d
 
 
-@wrong(EquationError, "brake", "lumped.ops")
-def math_function():
+@wrong_law(EquationError, "brake", "lumped.ops")
+def math_function(self):
     """A function of math is applied to a variable."""
-
-    def law(self):
-        yield self.w == lp.der(self.flange.phi)
-        yield self.flange.tau == self.d * math.sin(self.w)
-
-    braked(law)
+    yield self.w == lp.der(self.flange.phi)
+    yield self.flange.tau == self.d * math.sin(self.w)
 
 
-@wrong(EquationError, "brake", "w == der(flange.phi)", "two equations")
-def chained_equations():
+@wrong_law(EquationError, "brake", "w == der(flange.phi)", "two equations")
+def chained_equations(self):
     """Two equations are written in one: a == b == c."""
-
-    def law(self):
-        yield self.w == lp.der(self.flange.phi) == self.flange.tau / self.d
-
-    braked(law)
+    yield self.w == lp.der(self.flange.phi) == self.flange.tau / self.d
 
 
-@wrong(SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
+@laws(SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
 def friction_by_the_sign_of_a_speed():
     """Dry friction is written with a condition on the speed, so that it cannot stick."""
 
@@ -115,7 +98,7 @@ def friction_by_the_sign_of_a_speed():
     lp.simulate(braked(law), until=5.0)
 
 
-@wrong(StartError, "no values of brake.w meet", "t = 0 s", "start values")
+@laws(StartError, "no values of brake.w meet", "t = 0 s", "start values")
 def implicit_equation_without_solution():
     """A quantity is given only implicitly, by an equation that no value of it fulfils."""
 
@@ -126,7 +109,7 @@ def implicit_equation_without_solution():
     lp.simulate(braked(law), until=1.0)
 
 
-@wrong(EquationError, "cart (Cart)", "uses w", "Inertia")
+@laws(EquationError, "cart (Cart)", "uses w", "Inertia")
 def part_of_a_stranger_in_an_equation():
     """An equation uses a quantity of a component that is not below it."""
     wheel = Inertia(J=1.0)
@@ -143,7 +126,7 @@ def part_of_a_stranger_in_an_equation():
     build(cart=Cart())
 
 
-@wrong(EquationError, "gear", "left side")
+@laws(EquationError, "gear", "left side")
 def lossless_without_an_explicit_angle():
     """The kinematics of a lossless part have no angle alone on the left."""
 
@@ -160,33 +143,21 @@ def lossless_without_an_explicit_angle():
     assemble_row(a=Inertia(J=1.0), gear=Gear(), b=Inertia(J=1.0))
 
 
-@wrong(EquationError, "brake (Brake)", "yield a == b")
-def equations_return_nothing():
+@wrong_law(EquationError, "brake (Brake)", "yield a == b")
+def equations_return_nothing(self):
     """equations() returns nothing: yield was forgotten."""
-
-    def law(self):
-        self.w == lp.der(self.flange.phi)  # noqa: B015
-
-    braked(law)
+    self.w == lp.der(self.flange.phi)  # noqa: B015
 
 
-@wrong(EquationError, "brake (Brake)", "der(d)", "a parameter is constant")
-def derivative_of_a_parameter():
+@wrong_law(EquationError, "brake (Brake)", "der(d)", "a parameter is constant")
+def derivative_of_a_parameter(self):
     """The derivative of a parameter is taken."""
-
-    def law(self):
-        yield self.w == lp.der(self.flange.phi)
-        yield self.flange.tau == self.d * self.w + lp.der(self.d)
-
-    braked(law)
+    yield self.w == lp.der(self.flange.phi)
+    yield self.flange.tau == self.d * self.w + lp.der(self.d)
 
 
-@wrong(EquationError, "brake (Brake)", "numpy.sin", "lumped.ops")
-def numpy_function():
+@wrong_law(EquationError, "brake (Brake)", "numpy.sin", "lumped.ops")
+def numpy_function(self):
     """A function of NumPy is applied to a variable."""
-
-    def law(self):
-        yield self.w == lp.der(self.flange.phi)
-        yield self.flange.tau == self.d * np.sin(self.w)
-
-    braked(law)
+    yield self.w == lp.der(self.flange.phi)
+    yield self.flange.tau == self.d * np.sin(self.w)

@@ -1,5 +1,7 @@
 """Parts and models that several of the cases are built of."""
 
+from operator import attrgetter
+
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Spring, Torque
 
@@ -9,9 +11,23 @@ def build(connections=(), **parts):
     return lp.assemble(lp.compose(connections=connections, **parts))
 
 
+def build_rows(*rows, **parts):
+    """Assemble a model of these parts.
+
+    A row of names is a chain of parts; one of ports, ``motor.flange_b load.flange_a``, joins them.
+    """
+
+    def connections(m):
+        for row in rows:
+            ends = [attrgetter(name)(m) for name in row.split()]
+            yield from [lp.connect(*ends)] if "." in row else lp.chain(*ends)
+
+    return build(connections, **parts)
+
+
 def assemble_row(**parts):
     """Assemble a model of these parts, each joined to the next one."""
-    return build(lambda m: lp.chain(*(getattr(m, name) for name in parts)), **parts)
+    return build_rows(" ".join(parts), **parts)
 
 
 class Resistor(lp.Component):

@@ -69,8 +69,8 @@ class Variants(Record):
         Whether positions at the start are found.
     x_known, m_known : Numbers
         States and settings at the start where `knows_start` is set.
-    collisions, collision, collision_loss : int, Integers, Numbers
-        What collided there: hold and position after, and energy lost.
+    collides : int
+        Whether bodies collide there.
     first_time : float
         Begin of the runs, s.
     width, found : int, Numbers
@@ -100,9 +100,7 @@ class Variants(Record):
     knows_start: int
     x_known: Annotated[Numbers, "states"]
     m_known: Annotated[Numbers, "settings"]
-    collisions: int
-    collision: Integers
-    collision_loss: Numbers
+    collides: int
     x_first: Annotated[Numbers, "states"]
     m_first: Annotated[Numbers, "settings"]
     first_time: float
@@ -162,11 +160,6 @@ def _begin_variant(variants: Variants) -> int:
     if variants.knows_start:
         copy_numbers(plant.states, variants.x_known, variants.x_first)
         copy_numbers(plant.settings, variants.m_known, variants.m_first)
-        _place(variants)
-        begin_watch(run)
-        for i in range(variants.collisions):
-            hit = variants.collision[2 * i :]
-            observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i], 0.0)
     else:
         copy_numbers(plant.settings, variants.first_settings, variants.m_first)
         _place(variants)
@@ -174,18 +167,17 @@ def _begin_variant(variants: Variants) -> int:
         copy_numbers(plant.settings, variants.m_first, run.m)
         if not _find_states(variants):
             return NO_START
-        if variants.begins:
-            _place(variants)
-            if begin(run) != GOES_ON:
-                return NO_START
-            copy_numbers(plant.states, run.instant.x, variants.x_first)
-            copy_numbers(plant.settings, run.instant.m, variants.m_first)
-            begin_watch(run)
-            note_collisions(run)
-            _place(variants)
-        else:
-            begin_watch(run)
-            copy_numbers(plant.states, variants.x_first, run.x)
+    _place(variants)
+    if variants.collides or (variants.begins and not variants.knows_start):
+        if begin(run) != GOES_ON:
+            return NO_START
+        copy_numbers(plant.states, run.instant.x, variants.x_first)
+        copy_numbers(plant.settings, run.instant.m, variants.m_first)
+        begin_watch(run)
+        note_collisions(run)
+        _place(variants)
+    else:
+        begin_watch(run)
     place_instants(variants.clocks, run)
     run.phase, run.segment, run.end = BEGIN_SEGMENT, 0, run.edges[1]
     watch_redundancy(run)

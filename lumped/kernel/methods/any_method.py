@@ -1,7 +1,8 @@
 """A step by any method: its attempt, its error, and what it gives inside.
 
-Each method is a module with the same functions; the rest of the loop uses these and names none. An
-explicit step may be one of several runs side by side.
+Each method is a module beside this one. The time loop calls the functions here and names no method;
+only steps that are recorded and carried backwards do. An explicit step may be one of several runs
+side by side.
 """
 
 from __future__ import annotations

@@ -175,6 +175,8 @@ class OperatingPoint(Named):
         Parameters; modes and values of implicit quantities.
     collisions : tuple of Change
         Impacts at this very instant; the states are those after them.
+    before : OperatingPoint or None
+        The point before these impacts.
     search : Convergence or None
         How an equilibrium was found.
     kept : Kept or None
@@ -197,6 +199,7 @@ class OperatingPoint(Named):
     theta: np.ndarray
     settings: np.ndarray
     collisions: tuple[Change, ...] = ()
+    before: OperatingPoint | None = None
     search: Convergence | None = None
     kept: Kept | None = None
     residual: float | None = None
