@@ -34,5 +34,4 @@ def of_formula(values: Values, group: Group, expression: ca.SX) -> ca.SX:
     parameters = [values.flat.parameters.values[int(i)] for i in group.parameters[0]]
     modes = [values.modes[group.first_mode + i] for i in range(len(template.modes))]
     own = [ca.vertcat(ca.SX(0, 1), *column) for column in (symbols, parameters, modes)]
-    found: ca.SX = function(*own[:2], values.time, own[2])
-    return found
+    return function(*own[:2], values.time, own[2])

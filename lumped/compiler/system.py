@@ -273,8 +273,7 @@ class System(Shared, RichHtml):
         width = len(structure.reduced.states)
         own_rows, own = self.jacobian.sparsity_out(0).get_triplet()
         places = np.array(own_rows, dtype=int) * width + np.array(structure.in_use, dtype=int)[own]
-        found: np.ndarray = np.isin(places, (rows * width + columns)[rounding])
-        return found
+        return np.isin(places, (rows * width + columns)[rounding])
 
     def without_foresight(self) -> System:
         """The same system for a run that does not know all instants of functions of time before.
@@ -334,7 +333,7 @@ class System(Shared, RichHtml):
     def parameters(self) -> dict[str, float]:
         """Parameters that can be changed, and their values in the model."""
         p = self.structure.parameters
-        return {p.names[i]: float(v) for i, v in zip(p.free, p.defaults, strict=True)}
+        return dict(zip(p.free_names, p.defaults.tolist(), strict=True))
 
     def names(self) -> list[str]:
         """Names of all quantities."""

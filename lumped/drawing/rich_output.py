@@ -25,6 +25,7 @@ from lumped.language.component import Component
 from lumped.life.duty_cycle import DutyCycle
 from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity
 from lumped.support.display_units import time_unit
+from lumped.support.ranking import rank
 from lumped.timeloop.results.result_files import Saved
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.tolerances.scatter import Scatter
@@ -240,8 +241,7 @@ def _(found: Gradient | EquilibriumSensitivity) -> str:
 
 @_below.register
 def _(found: OrderSensitivity) -> str:
-    order = np.argsort(-np.abs(found.relative), kind="stable").tolist()
-    return _tornado(found.of, [(found.by[i], float(found.relative[i])) for i in order])
+    return _tornado(found.of, rank(found.by, found.relative))
 
 
 @_below.register

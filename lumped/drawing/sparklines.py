@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from lumped.support.arrays import Integer, Real
 
 BLUE, RED = "#3d8fd1", "#d9603b"
 """Both read on white and on black."""
@@ -57,7 +56,7 @@ def curves(
     return _svg(width, height, title, parts)
 
 
-def _thin(y: Real) -> NDArray[np.int64]:
+def _thin(y: Real) -> Integer:
     """Places of the least and greatest value of each of some hundred stretches."""
     if len(y) <= 2 * _POINTS:
         return np.arange(len(y))

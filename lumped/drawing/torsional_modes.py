@@ -7,9 +7,8 @@ import numpy as np
 from lumped.drawing.inline import inline
 from lumped.drawing.page_frame import prose, table
 from lumped.drawing.torsional_study import Study
-from lumped.support.display_units import Shown, display
+from lumped.support.display_units import Shown
 from lumped.support.text_table import list_names, number
-from lumped.vibration.inertias.holzer import Holzer, InertialPart, Part
 from lumped.vibration.inertias.mass_elastic import MassElastic
 
 _SHAPES = 6
@@ -23,12 +22,7 @@ def mass_elastic_table(study: Study) -> str:
     drive = study.drive
     if not isinstance(drive, MassElastic):
         return prose(drive)
-    rows = []
-    for part in drive.parts:
-        own, shown = _measure(part, study)
-        texts = [number(shown.value(size)) for size in (own, part.referred)]
-        rows.append((part.name, number(part.ratio), *_in_column(part, texts)))
-    head = ("part", "ratio", *_heads(study), "J referred", "c referred")
+    head, rows = drive.list_parts(study.units)
     speed = study.speed
     state = f"at {speed.value(study.first.speeds[study.place]):.5g} {speed.unit}"
     told = prose(
@@ -95,40 +89,11 @@ def holzer_tables(study: Study) -> str:
         name = "No mode of the damped drive" if own is None else f"Mode {own + 1}"
         hertz = f"{number(frequency.value(found.hertz))} {frequency.unit}"
         parts.append(f"<h3>{name}: {hertz} without damping</h3>")
-        parts.append(_holzer(found, study))
+        head, rows = found.list_parts(Shown("rad"), study.units, 5)
+        parts.append(table(head, rows, range(1, len(head))))
+        parts.append(prose(f"Torques balance to {max(found.residual, 1e-16):.0e} of the largest."))
         picture = found.plot(units=study.units)
         parts.append(inline(picture, f"{name}, referred", f"holzer-{mode}"))
     if len(parts) == 1:
         parts.append(prose("There is none."))
     return "\n".join(parts)
-
-
-def _holzer(found: Holzer, study: Study) -> str:
-    torque = display("", "N.m", study.units)
-    rows = []
-    for part, angle, load in zip(found.parts, found.angles, found.torques, strict=True):
-        own, shown = _measure(part, study)
-        texts = [number(x, 5) for x in (shown.value(own), angle, torque.value(load))]
-        rows.append((part.name, *_in_column(part, texts)))
-    loads = f"torque of inertia, {torque.unit}", f"torque in shaft, {torque.unit}"
-    head = ("part", *_heads(study), "angle, rad", "twist, rad", *loads)
-    rest = f"Torques balance to {max(found.residual, 1e-16):.0e} of the largest."
-    return f"{table(head, rows, range(1, len(head)))}\n{prose(rest)}"
-
-
-def _measure(part: Part, study: Study) -> tuple[float, Shown]:
-    """Inertia or stiffness of a part, and how it is shown."""
-    if isinstance(part, InertialPart):
-        return part.J, display("", "kg.m2", study.units)
-    return part.c, display("", "N.m/rad", study.units)
-
-
-def _heads(study: Study) -> tuple[str, str]:
-    inertia, stiffness = (display("", unit, study.units).unit for unit in ("kg.m2", "N.m/rad"))
-    return f"J, {inertia}", f"c, {stiffness}"
-
-
-def _in_column(part: Part, texts: list[str]) -> list[str]:
-    """Texts in pairs of columns, the first of an inertia and the second of a shaft."""
-    pairs = ((text, "") if isinstance(part, InertialPart) else ("", text) for text in texts)
-    return [cell for pair in pairs for cell in pair]

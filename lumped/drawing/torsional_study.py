@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.support.arrays import Real
 from lumped.support.display_units import (
     Shown,
     Units,
@@ -29,7 +30,6 @@ from lumped.vibration.rules.verdict import Verdict, separation, verdict
 from lumped.vibration.speeds.campbell import Campbell, CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell, modes_at
 
-Real = NDArray[np.float64]
 Limits = Iterable[Limit] | Mapping[str, Iterable[Limit]]
 
 MOST_ORDERS = 6

@@ -12,11 +12,12 @@ import scipy
 from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
-from lumped.ensembles.laws import Array, Distribution, Lognormal, Normal, Triangular, Uniform
+from lumped.ensembles.laws import Distribution, Lognormal, Normal, Triangular, Uniform
 from lumped.ensembles.other_laws import Measured, Scaled, Truncated, distribution_of
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 
 _ROUNDING = 1e-12
 """Error of a correlation matrix that is nothing but rounding."""
@@ -35,18 +36,18 @@ class Correlated:
     """
 
     distributions: dict[Name, Distribution]
-    correlation: Array
+    correlation: Real
 
-    def couple(self, u: Array) -> Array:
+    def couple(self, u: Real) -> Real:
         """Dependent probabilities from independent ones, shape (n, k); those of the first are kept.
 
         Normal variables are mixed by `mixing`.
         """
-        mixed: Array = scipy.special.ndtr(scipy.special.ndtri(u) @ self.mixing.T)
+        mixed: Real = scipy.special.ndtr(scipy.special.ndtri(u) @ self.mixing.T)
         return np.clip(mixed, float(np.finfo(float).tiny), 1 - 2.0**-53)
 
     @property
-    def mixing(self) -> Array:
+    def mixing(self) -> Real:
         """Cholesky's factor of the correlation, shape (k, k).
 
         Its column is zero for a variable that follows from those before it.

@@ -10,14 +10,13 @@ from typing import Any, NoReturn
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError, ParameterError
+from lumped.support.arrays import Real
 from lumped.support.units import amount, has_unit, plain
 
 _FAR, _PANELS, _NODES = 9.0, 120, 8
 """Scores up to which moments are integrated, parts of this range, and nodes of Gauss in each."""
-Array = NDArray[np.float64]
 Amount = float | str
 """A number in SI units, or a text with a unit."""
 
@@ -125,10 +124,10 @@ class Law:
         From which copies make it anew.
     """
 
-    quantile: Callable[[Array], Array]
+    quantile: Callable[[Real], Real]
     below: Callable[[float], float]
     above: Callable[[float], float]
-    at_score: Callable[[Array], tuple[Array, Array]]
+    at_score: Callable[[Real], tuple[Real, Real]]
     origin: tuple[Distribution, Parameter] | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -154,10 +153,9 @@ def law_of(distribution: Distribution, of: Parameter) -> Law:
     return replace(distribution.law(of), origin=(distribution, of))
 
 
-def density(z: Array) -> Array:
+def density(z: Real) -> Real:
     """Of a standard normal variable."""
-    found: Array = np.exp(-0.5 * z * z) / math.sqrt(2 * math.pi)
-    return found
+    return np.exp(-0.5 * z * z) / math.sqrt(2 * math.pi)
 
 
 def probability(value: float) -> float:
@@ -224,7 +222,7 @@ class Triangular(Distribution):
             )
         width, rise, fall = high - low, mode - low, high - mode
 
-        def quantile(u: Array) -> Array:
+        def quantile(u: Real) -> Real:
             rising, falling = np.sqrt(width * rise * u), np.sqrt(width * fall * (1 - u))
             return np.where(u * width < rise, low + rising, high - falling)
 
@@ -238,7 +236,7 @@ class Triangular(Distribution):
                 return 0.0
             return (high - x) ** 2 / (width * fall) if x >= mode else 1.0 - below(x)
 
-        def at_score(z: Array) -> tuple[Array, Array]:
+        def at_score(z: Real) -> tuple[Real, Real]:
             before, after = scipy.special.ndtr(z), scipy.special.ndtr(-z)
             rises = before * width < rise
             rising, falling = np.sqrt(width * rise * before), np.sqrt(width * fall * after)
@@ -274,7 +272,7 @@ class Lognormal(Distribution):
         )
 
 
-def central_moments(law: Law) -> tuple[float, Array]:
+def central_moments(law: Law) -> tuple[float, Real]:
     """Mean of a distribution, and its central moments of orders 0 to 6.
 
     Integrals over the standard normal score, by Gauss's rule on short panels.

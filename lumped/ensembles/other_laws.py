@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from lumped.ensembles.laws import Amount, Array, Distribution, Law, Parameter, density, probability
+from lumped.ensembles.laws import Amount, Distribution, Law, Parameter, density, probability
 from lumped.errors import OptionError, shown
+from lumped.support.arrays import Real
 
 _SHARE = 1e-9
 """Least share of a distribution that may be left between two ends, known to 1e-7 of itself."""
@@ -47,7 +48,7 @@ class Truncated(Distribution):
                 "ends to where the distribution is."
             )
 
-        def at_score(z: Array) -> tuple[Array, Array]:
+        def at_score(z: Real) -> tuple[Real, Real]:
             lower, upper = (
                 np.minimum(cut + share * scipy.special.ndtr(each), _ALL)
                 for cut, each in ((before, z), (after, -z))
@@ -86,7 +87,7 @@ class Scaled(Distribution):
         if own < 0:
             below, above = above, below
 
-        def at_score(z: Array) -> tuple[Array, Array]:
+        def at_score(z: Real) -> tuple[Real, Real]:
             value, slope = factor.at_score(z)
             return own * value, own * slope
 
@@ -114,7 +115,7 @@ class Frozen(Distribution):
                 "which is no finite number. Correct its arguments."
             )
 
-        def at_score(z: Array) -> tuple[Array, Array]:
+        def at_score(z: Real) -> tuple[Real, Real]:
             value = np.where(
                 z < 0, given.ppf(scipy.special.ndtr(z)), given.isf(scipy.special.ndtr(-z))
             )

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import histograms
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Shown, Units, choose_units, display
 from lumped.support.optional_packages import extra
@@ -56,9 +56,9 @@ class Ensemble(ByName, RichHtml):
     """
 
     names: tuple[str, ...]
-    points: NDArray[np.float64]
+    points: Real
     labels: tuple[str, ...]
-    values: NDArray[np.float64]
+    values: Real
     failures: dict[int, str]
     shape: tuple[int, ...]
     workers: int
@@ -67,7 +67,7 @@ class Ensemble(ByName, RichHtml):
     title: str = ""
     units: tuple[str, ...] = ()
 
-    def __getitem__(self, label: str | list[str]) -> NDArray[np.float64]:
+    def __getitem__(self, label: str | list[str]) -> Real:
         if isinstance(label, list):
             return np.column_stack([self[one] for one in label])
         if label in self.labels:
@@ -82,7 +82,7 @@ class Ensemble(ByName, RichHtml):
     def __len__(self) -> int:
         return len(self.points)
 
-    def quantile(self, label: str, q: float | Sequence[float] | NDArray[np.float64]) -> Any:
+    def quantile(self, label: str, q: float | Sequence[float] | Real) -> Any:
         """Quantiles of a result over all runs that have one, linear between two of them.
 
         Parameters
@@ -144,8 +144,7 @@ class Ensemble(ByName, RichHtml):
         labels: Sequence[str] | None = None,
         *,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Histograms of results, those named or all, with medians and quantiles.
 
@@ -168,7 +167,7 @@ class Ensemble(ByName, RichHtml):
         found = {label: self[label] for label in (self.labels if labels is None else labels)}
         shown = self._choose_units(units)
         results = {k: (shown[k].unit, shown[k].value(y)) for k, y in found.items()}
-        return draw(histograms(self.title, results), backend, ax)
+        return draw(histograms(self.title, results), **canvas)
 
     def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame, one row for each run, with an empty ``failure`` where there is none.
@@ -242,7 +241,7 @@ def list_reasons(failures: Mapping[int, str]) -> list[str]:
     ]
 
 
-def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+def _correlation(a: Real, b: Real) -> float:
     """Of two series; zero if one of them is constant."""
     a, b = a - a.mean(), b - b.mean()
     size = float(np.sqrt((a @ a) * (b @ b)))

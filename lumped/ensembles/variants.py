@@ -14,17 +14,18 @@ import scipy
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.distributions import Correlated, Paired
-from lumped.ensembles.laws import Array, Law, Parameter, law_of
+from lumped.ensembles.laws import Law, Parameter, law_of
 from lumped.ensembles.other_laws import distribution_of, is_distribution
 from lumped.errors import OptionError, ParameterError, shown
 from lumped.language.quantity import NONZERO, Param
+from lumped.support.arrays import Real
 from lumped.support.units import amount, has_unit
 
 if TYPE_CHECKING:
     Over = Mapping[Name, Any] | Iterable[Mapping[Name, Any]] | Paired | Correlated
 else:
     Over = Any  # looked at here: `checked` takes seconds for the mappings of 100 000 runs
-Column = list[Any] | Array
+Column = list[Any] | Real
 """Values of one parameter."""
 Sampling = Literal["random", "latin", "sobol", "halton"]
 
@@ -53,7 +54,7 @@ class ParameterSets:
     """
 
     names: tuple[str, ...]
-    values: Array
+    values: Real
     shape: tuple[int, ...]
 
 
@@ -73,9 +74,9 @@ class Marginals:
 
     names: tuple[str, ...]
     laws: tuple[Law, ...]
-    mixing: Array
+    mixing: Real
 
-    def values(self, u: Array) -> tuple[Array, Array]:
+    def values(self, u: Real) -> tuple[Real, Real]:
         """Parameters for independent standard normal numbers, and their derivatives by these.
 
         Parameters
@@ -222,7 +223,7 @@ class _ParameterReader:
     def variants(
         self,
         names: Iterable[Name],
-        columns: Sequence[Array],
+        columns: Sequence[Real],
         *,
         shape: tuple[int, ...] | None = None,
         advice: str = "",
@@ -243,12 +244,12 @@ class _ParameterReader:
 
     # -- values --------------------------------------------------------------------------------
 
-    def columns(self, given: Mapping[Name, Column]) -> list[Array]:
+    def columns(self, given: Mapping[Name, Column]) -> list[Real]:
         """Values of parameters as numbers in SI units."""
         places = zip(self.places(given), given.values(), strict=True)
         return [self._numbers(self.parameters.free[place], values) for place, values in places]
 
-    def _numbers(self, number: int, values: Column) -> Array:
+    def _numbers(self, number: int, values: Column) -> Real:
         if isinstance(values, np.ndarray) or _PLAIN.issuperset(map(type, values)):
             with suppress(OverflowError):  # of whole numbers, which is refused below
                 return np.array(values, dtype=float)
@@ -335,7 +336,7 @@ class _ParameterReader:
         return laws
 
 
-def probabilities(runs: int | None, count: int, seed: int, sampling: str, analysis: str) -> Array:
+def probabilities(runs: int | None, count: int, seed: int, sampling: str, analysis: str) -> Real:
     """Random numbers between zero and one, both excluded, shape (runs, count).
 
     Raises
@@ -385,10 +386,10 @@ def _range(quantity: Param) -> str:
     return " and ".join(found) or "a finite number"
 
 
-def fill_parameters(system: System, parameters: Changes | None) -> Array:
+def fill_parameters(system: System, parameters: Changes | None) -> Real:
     """All parameters as they are unless varied; the runs are checked one by one."""
     changes, p = parameters or {}, system.structure.parameters
-    theta: Array = p.defaults.copy()
+    theta: Real = p.defaults.copy()
     for place, value in zip(system.places(changes), changes.values(), strict=True):
         theta[place] = p.number(p.free[place], value)
     return theta

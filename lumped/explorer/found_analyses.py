@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.drawing.torsional_study import strongest_orders
 from lumped.errors import LumpedError
 from lumped.explorer.study import Analysis, Moment, Study, Values
 from lumped.points.start import start_point
+from lumped.support.arrays import Real
 from lumped.support.made_once import Recent
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.ordered.order_response import OrderResponse, order_response
@@ -22,8 +22,6 @@ from lumped.vibration.rotating.rotation import speed_of
 from lumped.vibration.rotating.small_vibrations import small_vibrations
 from lumped.vibration.speeds.campbell import Campbell, campbell
 from lumped.vibration.speeds.mean_campbell import mean_campbell
-
-Real = NDArray[np.float64]
 
 _ANGLES = 12
 """Angles that are tried as that of the shaft from which orders count."""

@@ -95,6 +95,11 @@ class Parameters:
         return ArrayFunction(ca.Function("ruled", [self.theta], [ca.densify(self._ruled)]))
 
     @cached_property
+    def free_names(self) -> list[str]:
+        """Names of those that are free, in the order of `theta`."""
+        return [self.names[number] for number in self.free]
+
+    @cached_property
     def _places(self) -> dict[int, int]:
         return {number: i for i, number in enumerate(self.free)}
 
@@ -193,10 +198,9 @@ class Parameters:
         found = []
         for number in numbers:
             if number not in self._places:
-                free = [self.names[i] for i in self.free]
                 raise UnknownNameError(
                     f"'{self.names[number]}' is bound to an expression of other parameters and "
-                    f"cannot be set. {nearest(self.names[number], free)}"
+                    f"cannot be set. {nearest(self.names[number], self.free_names)}"
                 )
             found.append(self._places[number])
         return found

@@ -107,5 +107,4 @@ class Tape:
             symbols_known = symbols
         wanted = symbols[[term.number for term in terms]]
         carry_out = ca.Function("tape", [symbols_known], [wanted])
-        result: ca.SX = carry_out(ca.vertcat(*(column for _, column in self._given)))
-        return result
+        return carry_out(ca.vertcat(*(column for _, column in self._given)))

@@ -12,7 +12,7 @@ import numpy as np
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
-from lumped.errors import SolverError, UnknownNameError, nearest
+from lumped.errors import SolverError
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
 from lumped.gradients.functional_values import Chained, RunReadings, check, differ, refuse
@@ -27,12 +27,12 @@ from lumped.gradients.varied import (
     sources,
     tighten,
 )
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import tornado
 from lumped.support.arguments import checked
-from lumped.support.by_name import ByName
+from lumped.support.by_name import ByName, find_place
 from lumped.support.display_units import Units, choose_units
-from lumped.support.ranking import rank_by_size
+from lumped.support.ranking import list_largest, rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -88,10 +88,8 @@ class Gradient(ByName, RichHtml):
     @checked
     def __getitem__(self, pair: tuple[str, Name]) -> float:
         of, by = pair
-        key = resolve_name(self.run.system, by)
-        if key not in self.by:
-            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.by)}")
-        return float(self.derivatives[self._row(of), self.by.index(key)])
+        column = find_place(resolve_name(self.run.system, by), self.by, "was not varied")
+        return float(self.derivatives[self._row(of), column])
 
     @property
     def relative(self) -> np.ndarray:
@@ -113,17 +111,11 @@ class Gradient(ByName, RichHtml):
             If it was not differentiated.
         """
         row = self._row(of)
-        return rank_by_size(of, self.values[row], self.by, self.relative[row])
+        changes = self.derivatives[row] * read_varied_values(self.run, self.by)
+        return rank_by_size(of, self.values[row], self.by, changes)
 
     @checked
-    def plot(
-        self,
-        of: str | None = None,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, of: str | None = None, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Tornado of the parameters that matter most.
 
         Parameters
@@ -150,23 +142,20 @@ class Gradient(ByName, RichHtml):
             units=choose_units(units, self.of),
         )
         title = f"{self.run.system.name}: {label} = {' '.join(shown)}"
-        return draw(tornado(self.ranked(label), title, label), backend, ax)
+        return draw(tornado(self.ranked(label), title, label), **canvas)
 
     def _names(self) -> list[tuple[str, str]]:
         return [*itertools.product(self.of, self.by)]
 
     def _row(self, of: str) -> int:
-        if of not in self.of:
-            raise UnknownNameError(f"'{of}' was not differentiated. {nearest(of, self.of)}")
-        return self.of.index(of)
+        return find_place(of, self.of, "was not differentiated")
 
     def __repr__(self) -> str:
         rows = []
         for label, value, unit in zip(self.of, self.values, self.units, strict=True):
             text = "zero: nothing is relative to it"
             if value:
-                most = [(n, v) for n, v in self.ranked(label)[:4] if v]
-                text = "; ".join(f"{name} {change:+.4f}" for name, change in most)
+                text = list_largest((n, v) for n, v in self.ranked(label) if v)
             rows.append((label, *amounts(label, unit, value, digits=9), text))
         s = self.run.statistics
         head = (
@@ -239,8 +228,8 @@ def gradient_of(
     """The gradient of a run with options that were checked (see `gradient`)."""
     wanted, rtol = tuple(of), plan.rtol
     plan = plan.by_steps("gradient", are_followed=True).at(tighten(rtol))
-    p = system.structure.parameters
-    names = [p.names[i] for i in p.free] if by is None else [resolve_name(system, n) for n in by]
+    free = system.structure.parameters.free_names
+    names = [*free] if by is None else [resolve_name(system, name) for name in by]
     check(system, wanted, names, "gradient")
     system = plan.watching(system, wanted)
     own = [name for name in names if name != END]

@@ -14,12 +14,13 @@ import numpy as np
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.ensembles.variants import Over, variants_of
-from lumped.errors import LumpedError, OptionError, SolverError, UnknownNameError, nearest
+from lumped.errors import LumpedError, OptionError, SolverError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.gradients.functional_values import check
 from lumped.gradients.gradient import Gradient, gradient_of
 from lumped.gradients.varied import resolve_name
 from lumped.support.arguments import checked
+from lumped.support.by_name import find_place
 from lumped.support.optional_packages import extra
 from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
@@ -59,11 +60,11 @@ class GradientEnsemble(RichHtml):
     failures: dict[int, str]
 
     def __getitem__(self, pair: tuple[str, str]) -> np.ndarray:
-        for key, known in zip(pair, (self.of, self.by), strict=True):
-            if key not in known:
-                raise UnknownNameError(f"'{key}' was not differentiated. {nearest(key, known)}")
-        found: np.ndarray = self.derivatives[:, self.of.index(pair[0]), self.by.index(pair[1])]
-        return found
+        row, column = (
+            find_place(key, known, "was not differentiated")
+            for key, known in zip(pair, (self.of, self.by), strict=True)
+        )
+        return self.derivatives[:, row, column]
 
     def __repr__(self) -> str:
         rows = []

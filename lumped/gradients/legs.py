@@ -106,8 +106,7 @@ class Leg:
     def _settings_at(self, places: np.ndarray) -> np.ndarray:
         if len(self._m) == 1:
             return self._m.repeat(len(places), axis=0)
-        found: np.ndarray = self._m[np.searchsorted(self._of_run, places, "right") - 1]
-        return found
+        return self._m[np.searchsorted(self._of_run, places, "right") - 1]
 
     @property
     def _has_all(self) -> bool:

@@ -179,8 +179,7 @@ class Saltation:
                 "derivative there.",
                 at.run,
             )
-        found: np.ndarray = -slopes / rate
-        return found
+        return -slopes / rate
 
     def _refuse_return(self, stop: Stop) -> None:
         """Refuse an instant at which a condition changes and changes back."""

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from lumped.compiler.structure import Name
-from lumped.errors import UnknownNameError, nearest
 from lumped.functionals import Functional
-from lumped.gradients.varied import (
-    describe_shared,
-    read_varied_values,
-    resolve_name,
-)
-from lumped.plots.draw import Backend, draw
+from lumped.gradients.varied import describe_shared, read_varied_values, resolve_name
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import tornado
 from lumped.support.arguments import checked
+from lumped.support.by_name import find_place
 from lumped.support.display_units import display
-from lumped.support.ranking import rank_by_size
+from lumped.support.ranking import list_largest, rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.trajectory import Trajectory
@@ -85,13 +81,10 @@ class Sensitivity(RichHtml):
             return float(self.slopes[row, self.by.index(by)])
         of = self.run.system.key(pair[0])  # type: ignore[arg-type]
         places = [self._place(key, known) for key, known in ((of, self.of), (by, self.by))]
-        found: np.ndarray = self.derivatives[:, places[0], places[1]]
-        return found
+        return self.derivatives[:, places[0], places[1]]
 
     def _place(self, key: str, known: tuple[str, ...]) -> int:
-        if key not in known:
-            raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
-        return known.index(key)
+        return find_place(key, known, "is not in this sensitivity")
 
     @checked
     def ranked(self, of: Name, *, at: float | None = None) -> list[tuple[str, float]]:
@@ -118,10 +111,8 @@ class Sensitivity(RichHtml):
             self.run.check_instant(at)
         k = len(t) - 1 if at is None else int(np.abs(t - at).argmin())
         value = float(self.run[name][k])
-        slopes = self.derivatives[k, place]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            relative = slopes * read_varied_values(self.run, self.by) / value
-        return rank_by_size(f"{name} at t = {self.run.t[k]:g} s", value, self.by, relative)
+        changes = self.derivatives[k, place] * read_varied_values(self.run, self.by)
+        return rank_by_size(f"{name} at t = {self.run.t[k]:g} s", value, self.by, changes)
 
     @checked
     def plot(
@@ -129,8 +120,7 @@ class Sensitivity(RichHtml):
         of: Name | None = None,
         *,
         at: float | None = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Tornado of what matters most to a quantity.
 
@@ -146,7 +136,7 @@ class Sensitivity(RichHtml):
         name = self.of[0] if of is None else self.run.system.key(of)
         time = self.run.t[-1] if at is None else at
         title = f"{self.run.system.name}: {name} at t = {time:g} s"
-        return draw(tornado(self.ranked(name, at=at), title, name), backend, ax)
+        return draw(tornado(self.ranked(name, at=at), title, name), **canvas)
 
     def __repr__(self) -> str:
         s, rows = self.run.statistics, []
@@ -154,7 +144,7 @@ class Sensitivity(RichHtml):
             last = float(self.run[name][-1])
             text = "zero: nothing is relative to it"
             if last:
-                text = "; ".join(f"{n} {v:+.4f}" for n, v in self.ranked(name)[:4] if v)
+                text = list_largest((n, v) for n, v in self.ranked(name) if v)
             to_show = display(name, self.run.system.quantity(name).unit)
             largest = to_show.factor * float(np.abs(self.derivatives[:, i]).max(initial=0.0))
             cells = number(to_show.value(last), 9), to_show.unit, number(largest), text

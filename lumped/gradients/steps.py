@@ -164,8 +164,7 @@ class Steps(Shared):
         course.x = course.x.copy()  # it may be that of a run
         course.is_given = is_given.astype(np.int64)
         self._call("replay_steps", run, course)
-        found: np.ndarray = course.x.reshape(span.x.shape)
-        return found
+        return course.x.reshape(span.x.shape)
 
     def evaluate_inside(self, span: Span, function: CountedFunction, width: int) -> np.ndarray:
         """Results of a function inside steps, shape (k, LOOKS, width); zero where there is none."""
@@ -174,8 +173,7 @@ class Steps(Shared):
         course = self._course(span)
         course.width, course.found = width, np.zeros(steps * LOOKS * width)
         self._call("evaluate_inside", run, function.for_more(steps * LOOKS), course)
-        found: np.ndarray = course.found.reshape(steps, LOOKS, width)
-        return found
+        return course.found.reshape(steps, LOOKS, width)
 
     def list_points(
         self, span: Span, watch: Watch, functions: Mapping[str, CountedFunction], rtol: float

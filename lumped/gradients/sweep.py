@@ -82,8 +82,7 @@ class Seeds(NamedTuple):
     def at(self, t: float) -> np.ndarray:
         """Those of integrals that extend over a time."""
         inside = (self.spans[:, 0] < t) & (t < self.spans[:, 1])
-        found: np.ndarray = self.chosen * inside[:, None]
-        return found
+        return self.chosen * inside[:, None]
 
     def pulses(self, t: np.ndarray, states: int) -> list[Pulse]:
         """Where integrals end, or begin, inside a part of the run, at which states end at `t`."""

@@ -52,8 +52,7 @@ def sources(
     if not isinstance(start, OperatingPoint):
         given = [*system.structure.flat.given, *(tree.unknown(name) for name in by_name(start))]
     nodes = {reduced.node(unknown): unknown for unknown in given}
-    p = system.structure.parameters
-    known = {p.names[i]: place for place, i in enumerate(p.free)}
+    known = {name: place for place, name in enumerate(system.structure.parameters.free_names)}
     places: list[int] = []
     varied: dict[int, np.ndarray] = {}
     for column, name in enumerate(names):
@@ -130,8 +129,8 @@ def describe_shared(shared: Sequence[float]) -> str:
 
 def read_varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
     """Parameters, and start values of other names."""
-    p = run.system.structure.parameters
-    known = {p.names[i]: v for i, v in zip(p.free, run.theta.tolist(), strict=True)}
+    free = run.system.structure.parameters.free_names
+    known = dict(zip(free, run.theta.tolist(), strict=True))
     end = {END: float(run.t[-1])} if END not in known else {}
     known |= end
     return np.array([known[n] if n in known else float(run[n][0]) for n in names])

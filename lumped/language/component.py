@@ -115,6 +115,7 @@ class Component(RichHtml):
         tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
         for base in reversed(cls.__mro__[1:]):
             if issubclass(base, Component):
+                inherited: tuple[dict[str, Any], ...]
                 inherited = base._quantities, base._ports, base._parts, base._fields
                 for table, own in zip(tables, inherited, strict=True):
                     table.update(own)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, shown
@@ -16,16 +15,16 @@ from lumped.functionals.damage_law import MeanStress
 from lumped.life.load_case import LoadCase, read_load
 from lumped.life.rainflow import Cycles, damage_of
 from lumped.life.sn_curve import SNCurve
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import duty_picture
 from lumped.support.arguments import checked
+from lumped.support.arrays import Integer, Real
 from lumped.support.display_units import Units, choose_units, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.cycle_count import count_cycles
 
-Real = NDArray[np.float64]
 _BETWEEN = "between cases"
 BETWEEN = -1
 """In place of the number of a load: a cycle that none of them makes alone."""
@@ -61,7 +60,7 @@ class DutyCycle(RichHtml):
     damages: Real
     between: float
     cycles: Cycles
-    case: NDArray[np.int64]
+    case: Integer
     unit: str
 
     @property
@@ -132,7 +131,7 @@ class DutyCycle(RichHtml):
         return frame
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Damage by case, and how many cycles exceed a range.
 
         Parameters
@@ -155,7 +154,7 @@ class DutyCycle(RichHtml):
         for i, (name, _) in enumerate(shares if len(self.names) > 1 else []):
             own = self.case == (i if i < len(self.names) else BETWEEN)
             spectra[name] = told.value(self.cycles.ranges[own]), self.cycles.counts[own]
-        return draw(duty_picture(self._title(), shares, spectra, told.unit), backend, ax)
+        return draw(duty_picture(self._title(), shares, spectra, told.unit), **canvas)
 
     def _title(self) -> str:
         if not self.damage:
@@ -260,7 +259,7 @@ class _Open(NamedTuple):
     """Turning points that close no cycle yet, and to which load each belongs."""
 
     values: Real
-    load: NDArray[np.int64]
+    load: Integer
 
 
 class _Closed(NamedTuple):
@@ -269,17 +268,15 @@ class _Closed(NamedTuple):
     begin: Real
     end: Real
     counts: Real
-    begin_load: NDArray[np.int64]
-    end_load: NDArray[np.int64]
+    begin_load: Integer
+    end_load: Integer
 
     def times(self, count: int) -> _Closed:
         """The same so many times."""
         return self._replace(counts=count * self.counts)
 
 
-def count_in_turn(
-    loads: Sequence[Real], repetitions: Sequence[int]
-) -> tuple[Cycles, NDArray[np.int64]]:
+def count_in_turn(loads: Sequence[Real], repetitions: Sequence[int]) -> tuple[Cycles, Integer]:
     """Cycles of a sequence of loads that is repeated for ever, in one turn of it.
 
     What a count by four points leaves open is joined to what follows and counted again, which gives
@@ -345,7 +342,7 @@ def _repeat(held: _Open, rest: _Open, count: int, joined: list[_Closed]) -> _Ope
     return held
 
 
-def _owners(every: _Closed, loads: Sequence[Real]) -> NDArray[np.int64]:
+def _owners(every: _Closed, loads: Sequence[Real]) -> Integer:
     """To which load each cycle belongs."""
     low, high = (np.array([f(load) for load in loads]) for f in (np.min, np.max))
     least, most = np.minimum(every.begin, every.end), np.maximum(every.begin, every.end)

@@ -11,15 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.errors import OptionError
 from lumped.life.sn_curve import Below, SNCurve, check_points
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
@@ -17,6 +17,7 @@ from lumped.gradients.readings import turning_points as between_steps
 from lumped.gradients.steps import steps_of
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.units import read_time
 from lumped.timeloop.cycle_count import count_cycles
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -73,7 +74,7 @@ class Loaded(NamedTuple):
         Unit of the load; empty if it is not known.
     """
 
-    values: NDArray[np.float64]
+    values: Real
     duration: float
     unit: str
 
@@ -138,7 +139,7 @@ def _refuse(case: LoadCase, what: str, names: tuple[str, ...], kind: str) -> Non
 
 
 @checked
-def turning_points(run: Trajectory, of: Name, *, rtol: float = 1e-6) -> NDArray[np.float64]:
+def turning_points(run: Trajectory, of: Name, *, rtol: float = 1e-6) -> Real:
     """Values at which a quantity of a run turns, with its first and last.
 
     It is enclosed inside the steps of the run, so an extreme between two output times is found as

@@ -10,17 +10,16 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.errors import OptionError
 from lumped.functionals.damage_law import MeanStress
 from lumped.life.sn_curve import SNCurve
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.cycle_count import count_cycles, damage_of_cycles
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

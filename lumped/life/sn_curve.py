@@ -15,16 +15,16 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.errors import OptionError, shown
 from lumped.functionals.damage_law import DamageLaw, MeanStress
 from lumped.kernel.cycles import FKM, GERBER, GOODMAN, SMITH_WATSON_TOPPER, WALKER
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.units import plain
 from lumped.timeloop.cycle_count import damage_of_cycles
 
-Real = NDArray[np.float64]
 Below = Literal["elementary", "original", "haibach"] | float
 """What holds below the knee; a number is a slope."""
 Point = tuple[float | str, float]

@@ -16,13 +16,10 @@ from functools import cached_property
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.numerics.eigen import zero_rounding
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.support.arrays import Boolean, Complex, Real
 
 _EPS = float(np.finfo(float).eps)
 _WORST = 1e3
@@ -172,7 +169,7 @@ class _Coupled:
 
     words = "singular values"
 
-    def __init__(self, skew: Real, scale: Real, colour: NDArray[np.bool_]) -> None:
+    def __init__(self, skew: Real, scale: Real, colour: Boolean) -> None:
         self._one, self._two = np.flatnonzero(colour), np.flatnonzero(~colour)
         u, angular, w = scipy.linalg.svd(skew[np.ix_(self._one, self._two)])
         k = max(len(u), len(w))
@@ -185,8 +182,7 @@ class _Coupled:
 
     def _c(self, rows: Real) -> Complex:
         scaled = rows * self._scale
-        found: Complex = scaled[..., self._one] @ self._u - 1j * (scaled[..., self._two] @ self._w)
-        return found
+        return scaled[..., self._one] @ self._u - 1j * (scaled[..., self._two] @ self._w)
 
     def _z(self, c: Complex) -> Real:
         found = np.empty((len(c), len(self._scale)))

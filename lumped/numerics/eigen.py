@@ -9,12 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.support.arrays import Boolean, Complex, Real
 
 _SWEEPS = 20
 _BESIDE = 1e-10
@@ -74,7 +71,7 @@ def _rank(a: Real) -> int:
     return int((sizes > 1e-12 * len(a) * sizes.max(initial=0.0)).sum())
 
 
-def _by_singular_values(skew: Real, colour: NDArray[np.bool_]) -> tuple[Complex, Complex]:
+def _by_singular_values(skew: Real, colour: Boolean) -> tuple[Complex, Complex]:
     one, two = np.flatnonzero(colour), np.flatnonzero(~colour)
     left, angular, right = scipy.linalg.svd(skew[np.ix_(one, two)])
     n, pairs = len(skew), len(angular)
@@ -175,7 +172,7 @@ def vectors_of_many(blocks: Real, values: Complex) -> tuple[Complex, Complex]:
     return right, left
 
 
-def _skew(blocks: Real, first: scipy.sparse.csr_array) -> tuple[NDArray[np.bool_], Real]:
+def _skew(blocks: Real, first: scipy.sparse.csr_array) -> tuple[Boolean, Real]:
     """Which matrices a diagonal scaling makes skew-symmetric, and these when scaled."""
     n, m, _ = blocks.shape
     i, j = first.nonzero()
@@ -192,6 +189,6 @@ def _skew(blocks: Real, first: scipy.sparse.csr_array) -> tuple[NDArray[np.bool_
     elsewhere = np.ones((m, m), dtype=bool)
     elsewhere[i, j] = False
     alike &= ~blocks[:, elsewhere].any(axis=1)
-    fits: NDArray[np.bool_] = alike & (ratio > 0).all(axis=1) & (off < 1e-9).all(axis=1)
+    fits: Boolean = alike & (ratio > 0).all(axis=1) & (off < 1e-9).all(axis=1)
     own = scale[fits]
     return fits, own[:, :, None] * blocks[fits] / own[:, None, :]

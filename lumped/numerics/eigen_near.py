@@ -10,14 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.errors import SolverError
 from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.skew_scaling import balance, skew_scaling, two_colours
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from lumped.support.arrays import Boolean, Complex, Real
 
 _OFFSET = 1e-9
 """Distance of a shift from zero, relative to the highest frequency: zero is an eigenvalue."""
@@ -65,7 +62,7 @@ def eigenpairs_near(a: scipy.sparse.csr_array, near: float, count: int) -> tuple
 
 
 def _singular(
-    skew: scipy.sparse.csr_array, colour: NDArray[np.bool_], near: float, count: int, back: Real
+    skew: scipy.sparse.csr_array, colour: Boolean, near: float, count: int, back: Real
 ) -> tuple[Complex, Complex] | None:
     """Singular values of the block; None if zero is one of them or nearly all are wanted."""
     few, many = np.flatnonzero(colour), np.flatnonzero(~colour)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from lumped.support.arrays import Integer, Real
 
 _ACCURATE = 1e-10
 """Difference from a row, relative to the largest number of its column."""
@@ -69,7 +68,7 @@ def interpolate_rows(row: Callable[[int], tuple[Real, Real]], places: Real) -> R
     return found
 
 
-def _nodes(places: Real, first: int, last: int, count: int) -> NDArray[np.int64]:
+def _nodes(places: Real, first: int, last: int, count: int) -> Integer:
     """Places nearest to the extremes of a Chebyshev polynomial; those of fewer are among them."""
     middle, half = 0.5 * (places[first] + places[last]), 0.5 * (places[last] - places[first])
     wanted = middle - half * np.cos(np.pi * np.arange(count) / (count - 1))
@@ -78,7 +77,7 @@ def _nodes(places: Real, first: int, last: int, count: int) -> NDArray[np.int64]
     return np.unique(above - nearer)
 
 
-def _between_nodes(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+def _between_nodes(nodes: Integer) -> Integer:
     """Four places between neighbours, over the whole range."""
     begin = np.linspace(0, len(nodes) - 2, 4).astype(int)
     return np.asarray((nodes[begin] + nodes[begin + 1]) // 2)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lumped.support.arrays import Real
 
 FURTHEST = 8.0
 """Radius within which points are searched; a probability of 6e-16 is left beyond."""
@@ -60,14 +59,14 @@ class Search:
     analysis. Proc. 6th IFIP WG 7.5, 1995, 297-304 (merit function).
     """
 
-    def __init__(self, begin: Array) -> None:
+    def __init__(self, begin: Real) -> None:
         self.next = np.array(begin, dtype=float)
         self.u, self.g, self.slope = self.next, np.nan, np.zeros(len(begin))
         self.ended, self.count = False, 0
         self._curved = np.eye(len(begin))
         self._step, self._share, self._price, self._multiplier = self.slope, 1.0, 0.0, 0.0
 
-    def take(self, g: float, slope: Array) -> None:
+    def take(self, g: float, slope: Real) -> None:
         """Go on with the value and the gradient at `next`; not numbers where there are none."""
         self.count += 1
         known = bool(np.isfinite(g) and np.isfinite(slope).all())
@@ -108,7 +107,7 @@ class Search:
         near = tolerance * (1 + _norm(self.u))
         return abs(self.g) / size <= near and aside <= near
 
-    def _arrive(self, g: float, slope: Array) -> None:
+    def _arrive(self, g: float, slope: Real) -> None:
         is_stuck = abs(g) > (1 - _LEAST) * abs(self.g) and _norm(self.next) > FURTHEST - _CLOSE
         self.u, self.g, self.slope = self.next, g, slope
         if self.is_flat or is_stuck or self._is_within(_CLOSE):
@@ -145,7 +144,7 @@ class Search:
         falls = self._price * self._nearer() - self.u @ self._step
         return bool(there <= here - 1e-4 * self._share * falls)
 
-    def _learn(self, slope: Array) -> None:
+    def _learn(self, slope: Real) -> None:
         """Curvature of the Lagrangian along the last step."""
         step = self.next - self.u
         turned = step + self._multiplier * (slope - self.slope)
@@ -160,7 +159,7 @@ class Search:
 
 
 def search_together(
-    slopes: Callable[[Array], tuple[Array, Array]], begins: Sequence[Array]
+    slopes: Callable[[Real], tuple[Real, Real]], begins: Sequence[Real]
 ) -> list[Search]:
     """Searches from several points, whose next evaluations are made together.
 
@@ -179,5 +178,5 @@ def search_together(
     return every
 
 
-def _norm(vector: Array) -> float:
+def _norm(vector: Real) -> float:
     return float(np.linalg.norm(vector))

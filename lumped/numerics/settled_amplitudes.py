@@ -6,10 +6,9 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
-Integer = NDArray[np.int64]
+from lumped.support.arrays import Integer, Real
+
 Follows: TypeAlias = Callable[[Real, Integer], Real]
 
 SETTLED = 1e-10

@@ -5,13 +5,9 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.numerics.singular_factors import factors_of
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Integer = NDArray[np.int64]
+from lumped.support.arrays import Complex, Integer, Real
 
 _PIVOT = 0.05
 """Least size of a pivot, relative to the largest in its column."""

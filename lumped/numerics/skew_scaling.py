@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from lumped.support.arrays import Boolean, Real
 
 _SWEEPS = 20
 
@@ -45,7 +44,7 @@ def skew_scaling(a: scipy.sparse.csr_array) -> Real | None:
     return found if fits.all() else None
 
 
-def two_colours(a: scipy.sparse.csr_array) -> NDArray[np.bool_] | None:
+def two_colours(a: scipy.sparse.csr_array) -> Boolean | None:
     """Split into two sets that couple only with each other, or None."""
     order, before = scipy.sparse.csgraph.breadth_first_order(a, 0)
     colour, leader = [False] * a.shape[0], before.tolist()

@@ -181,7 +181,7 @@ def find_varied(
     names, box, scales = [], [], []
     for name, given in vary.items():
         place = system.places([name])[0]
-        key = parameters.names[parameters.free[place]]
+        key = parameters.free_names[place]
         low, high = room_of(key, given)
         start, unit = float(theta[place]), system.parameter_unit(key)
         for bound in (low, high):

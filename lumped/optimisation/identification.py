@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.picture import Axis, Curve, Level, Panel, Picture, label_axis
 from lumped.plots.style import ZERO, look
 from lumped.simulation.simulate import places_of
@@ -94,7 +94,7 @@ class Identification(RichHtml):
         return float(s[0] / s[-1]) if s[-1] > 0 else float("inf")
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Measured points, the fitted curve and the residuals, two panels for each channel.
 
         Parameters
@@ -120,7 +120,7 @@ class Identification(RichHtml):
             If a name does not exist.
         """
         choice = choose_units(units, ("time", *self.residuals))
-        return draw(self._picture(choice), backend, ax)
+        return draw(self._picture(choice), **canvas)
 
     def _picture(self, choice: Units) -> Picture:
         """Measured points and the fitted curve, and below them what is left, for each channel."""

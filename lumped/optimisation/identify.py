@@ -221,8 +221,7 @@ class _FitSearch:
         points = draw_designs("identify", self.names, self.low, self.high, count)
         if len(self.inner) == len(self.names):
             points = points[np.argsort(self._misfits(points), kind="stable")]
-        begins: np.ndarray = apart(points, self.low, self.high, count) / self.scale
-        return begins
+        return apart(points, self.low, self.high, count) / self.scale
 
     def _misfits(self, points: np.ndarray) -> np.ndarray:
         """Weighted sums of squares of many designs; infinite where a run fails."""

@@ -287,7 +287,7 @@ class _MotionSearch:
         function = ca.Function("load", system.inputs, parts)
         way, most = abs(self.values[-1] - self.values[0]), 0.0
         for point in self.points:
-            now, by = (float(v) for v in function(point.x, point.theta, point.time, point.settings))
+            now, by = (float(v) for v in function(*point.inputs))
             if by:
                 most = max(most, (abs(now) + 4 * way / self.duration**2) / abs(by))
         return most or 1.0

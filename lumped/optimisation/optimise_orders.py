@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptimisationError, OptionError
 from lumped.functionals import Functional
@@ -16,13 +15,13 @@ from lumped.numerics.nlp import Solution
 from lumped.optimisation.design import Task
 from lumped.optimisation.search import Row
 from lumped.optimisation.spectral_search import SpectralSearch, Spectrum
+from lumped.support.arrays import Boolean, Real
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.order_sensitivity import slope_of
 from lumped.vibration.speeds.mean_campbell import speeds_that_show
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 from lumped.vibration.speeds.order_designs import OrderDesigns
 
-Real = NDArray[np.float64]
 Spectra = Callable[[Real, Real], Sequence[MeanSpectrum]]
 """Spectra of a design, by its unknowns, at speeds, rad/s."""
 
@@ -241,8 +240,7 @@ def _crests(sizes: np.ndarray) -> list[int]:
     """Where a curve is at least as high as on both sides."""
     high = np.concatenate([[-np.inf], sizes, [-np.inf]])
     inner = high[1:-1]
-    found: list[int] = np.flatnonzero((inner >= high[:-2]) & (inner >= high[2:])).tolist()
-    return found
+    return np.flatnonzero((inner >= high[:-2]) & (inner >= high[2:])).tolist()
 
 
 class Apart:
@@ -310,7 +308,7 @@ class Apart:
         return low * (1 - margin), high * (1 + margin)
 
     def _list_worst(
-        self, speeds: Real, least: Real, chosen: NDArray[np.bool_], margin: float
+        self, speeds: Real, least: Real, chosen: Boolean, margin: float
     ) -> list[tuple[int, int, float]]:
         """Where between the ends chosen modes are least apart from orders: (order, mode, share)."""
         begin, end = self._ends(margin)

@@ -17,7 +17,7 @@ from lumped.optimisation.design import Bounds, Objective, Optimum, Task, key_uni
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.discretisation import repeating
 from lumped.optimisation.optimise import best
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.picture import Axis, Curve, Panel, Picture, label_axis
 from lumped.plots.style import MARKS, look
 from lumped.support.arguments import checked
@@ -63,7 +63,7 @@ class Front(RichHtml):
         return np.array([[_aim_value(design, aim) for aim in aims] for design in self.designs])
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """The second aim over the first, a probability on a logarithmic axis.
 
         Parameters
@@ -88,7 +88,7 @@ class Front(RichHtml):
             axes.append(Axis(label_axis(label, shown.unit), log=isinstance(aim, Probability)))
         line = Curve(points[0], points[1], look=look(0, mark=MARKS[3]))
         title = f"{system.name}: {len(self.designs)} designs"
-        return draw(Picture(title, (Panel((line,), axes[0], axes[1], height=3.5),)), backend, ax)
+        return draw(Picture(title, (Panel((line,), axes[0], axes[1], height=3.5),)), **canvas)
 
     def __repr__(self) -> str:
         names = list(self.designs[0].parameters)

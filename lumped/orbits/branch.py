@@ -174,8 +174,7 @@ class _Motions:
         found = result_of(problem.orbits, station.orbit, GRID)
         if problem.follows is None:
             return found
-        names = problem.orbits.system.structure.parameters
-        free = names.names[names.free[problem.follows]]
+        free = problem.orbits.system.structure.parameters.free_names[problem.follows]
         return replace(found, free={free: float(found.run.theta[problem.follows])})
 
     def turn_off(self, number: int, kind: str) -> Branch:

@@ -4,28 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.orbits.orbit import ON_CIRCLE, PeriodicOrbit
 from lumped.orbits.smooth_curves import Curve, course, curves_by, extreme, find_harmonics
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.picture import Axis, Item, Panel, Picture, label_axis
 from lumped.plots.picture import Curve as Line
 from lumped.plots.style import COLOURS, LINES, MARKS, Look
 from lumped.support.arguments import checked
+from lumped.support.arrays import Boolean, Real
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -108,10 +106,9 @@ class Branch(ByName, RichHtml):
     _known: dict[str, list[list[Curve]]] = field(default_factory=dict, init=False, repr=False)
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
+    def stable(self) -> Boolean:
         """Whether small disturbances do not grow, shape (k,)."""
-        found: NDArray[np.bool_] = self.largest <= 1 + ON_CIRCLE
-        return found
+        return self.largest <= 1 + ON_CIRCLE
 
     @property
     def largest(self) -> Real:
@@ -187,14 +184,7 @@ class Branch(ByName, RichHtml):
             )
         return self.turn_off(point.number, point.kind)
 
-    def plot(
-        self,
-        name: Name,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, name: Name, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Highest value of a quantity over the parameter, with what is passed.
 
         Stable motions are solid, unstable ones dashed.
@@ -232,7 +222,7 @@ class Branch(ByName, RichHtml):
             items.append(Line(x[own_points], y[own_points], kind, mark))
         axes = [Axis(label_axis(n, s.unit)) for n, s in zip(names, shown, strict=True)]
         panel = Panel(tuple(items), axes[0], axes[1], height=3.2)
-        return draw(Picture(f"{self.system.name}: {key}, highest", (panel,)), backend, ax)
+        return draw(Picture(f"{self.system.name}: {key}, highest", (panel,)), **canvas)
 
     def _label(self, point: BranchPoint) -> str:
         return f"{point.kind} of {point.component}" if point.component else point.kind

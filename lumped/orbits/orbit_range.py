@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
@@ -18,13 +18,11 @@ from lumped.orbits.periodic import GRID, find_orbit, periodic, turning_problem
 from lumped.orbits.shooting import Guess
 from lumped.points.start import search_start
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import speed_unit
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _HALVINGS = 8
 """How often a step of the speed is halved before the range ends."""

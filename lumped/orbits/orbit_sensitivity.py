@@ -15,8 +15,8 @@ from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.orbits.shooting import Orbit, OrbitProblem, border_matrix
 from lumped.orbits.smooth_curves import Extreme, values_along
-from lumped.points.equilibrium_sensitivity import find_place
 from lumped.support.arguments import checked
+from lumped.support.by_name import find_place
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.trajectory import Trajectory
@@ -59,10 +59,11 @@ class OrbitSensitivity(RichHtml):
 
     @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
-        row = find_place(self.run.system, pair[0], self.of)
-        column = find_place(self.run.system, pair[1], self.by)
-        found: np.ndarray = self.derivatives[:, row, column]
-        return found
+        row, column = (
+            find_place(self.run.system.key(name), known, "was not asked for")
+            for name, known in zip(pair, (self.of, self.by), strict=True)
+        )
+        return self.derivatives[:, row, column]
 
     def __repr__(self) -> str:
         head = f"{self.run.system.name}: derivatives along a periodic motion, "

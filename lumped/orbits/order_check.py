@@ -7,20 +7,17 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.guesses import after_response
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.periodic import GRID, find_orbit, turning_problem
 from lumped.support.arguments import checked
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.ordered.order_response import OrderResponse
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

@@ -219,8 +219,7 @@ def border_matrix(problem: OrbitProblem, orbit: Orbit, rate: np.ndarray) -> np.n
     matrix = orbit.monodromy - np.eye(len(problem.active))
     if not problem.free:
         return matrix
-    found: np.ndarray = np.block([[matrix, rate[:, None]], [orbit.guess.phase[None, :], 0.0]])
-    return found
+    return np.block([[matrix, rate[:, None]], [orbit.guess.phase[None, :], 0.0]])
 
 
 def forward_by(problem: OrbitProblem, places: tuple[int, ...], theta: np.ndarray) -> Forward:
@@ -380,5 +379,4 @@ def _refusal(problem: OrbitProblem, shot: Shot) -> SolverError:
 def _parameter(problem: OrbitProblem) -> str:
     """Name of the unknown parameter."""
     assert problem.parameter is not None
-    parameters = problem.system.structure.parameters
-    return parameters.names[parameters.free[problem.parameter]]
+    return problem.system.structure.parameters.free_names[problem.parameter]

@@ -49,8 +49,7 @@ def course(system: System, expression: ca.SX) -> ca.Function:
     x, _, t, _ = system.inputs
 
     def rate(y: ca.SX) -> ca.SX:
-        found: ca.SX = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-        return found
+        return ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
 
     first = rate(expression)
     every = ca.densify(ca.vertcat(expression, first, rate(first)))
@@ -149,5 +148,4 @@ def _shapes(piece: Curve) -> np.ndarray:
     t, y, rate, bend = piece
     h = np.diff(t)
     ends = [y[:-1], y[1:], h * rate[:-1], h * rate[1:], h**2 * bend[:-1], h**2 * bend[1:]]
-    found: np.ndarray = np.array(ends).T @ _QUINTIC.T
-    return found
+    return np.array(ends).T @ _QUINTIC.T

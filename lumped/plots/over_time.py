@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lumped.plots.picture import Axis, Curve, Instants, Panel, Picture, Real, label_axis
+from lumped.plots.picture import Axis, Curve, Instants, Panel, Picture, label_axis
 from lumped.plots.style import CURVES, MARKS, look
+from lumped.support.arrays import Real
 
 _RANGE = 30.0
 """Times its own range that a curve may stand in."""

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from lumped.errors import SolverError
 from lumped.flattening.hold_modes import FORWARD
 from lumped.points.moved_equilibrium import MovedPoint
+from lumped.support.arrays import Real
 from lumped.timeloop.holds import hold_words, turn_condition
 from lumped.timeloop.results.operating_point import OperatingPoint
 
-Real = NDArray[np.float64]
 Numbers = NDArray[np.inexact[Any]]
 
 _NEAR = 10.0
@@ -27,8 +27,7 @@ def at_borders(point: OperatingPoint) -> list[int]:
     """Rows of the margins (see `Switching.rows`) at whose border the point is."""
     if not point.system.switching:
         return []
-    inputs = (point.x, point.theta, point.time, point.settings)
-    margins, tolerances = (np.asarray(v).ravel() for v in point.system.margins(*inputs))
+    margins, tolerances = (np.asarray(v).ravel() for v in point.system.margins(*point.inputs))
     return np.flatnonzero(np.abs(margins) <= _NEAR * tolerances).tolist()
 
 
@@ -121,8 +120,7 @@ def refuse_kinks(
     x, theta, _, _ = system.inputs
     expression = system.structure.in_states(switching.margins[0][rows])
     slopes = ca.Function("slopes", system.inputs, [ca.jacobian(expression, ca.vertcat(x, theta))])
-    inputs = (point.x, point.theta, point.time, point.settings)
-    matrix = slopes(*inputs).full()
+    matrix = slopes(*point.inputs).full()
     change, size = moved.through(matrix), moved.sizes().through(np.abs(matrix))
     change[np.abs(change) <= _SAME * size] = 0.0
     conditions = [k for k, row in enumerate(rows) if is_law(point, row)]

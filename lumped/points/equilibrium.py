@@ -21,11 +21,10 @@ from lumped.points.steady_directions import unsteady_part
 from lumped.support.arguments import checked
 from lumped.support.units import amount
 from lumped.timeloop.holds import Holds
-from lumped.timeloop.positions import settle_positions
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
 from lumped.timeloop.results.validity import refuse_point_outside
-from lumped.timeloop.settings import just_after, settings_at
+from lumped.timeloop.settings import just_after, settings_at, settle_positions
 
 _MOST = 10
 """Times that what sticks, slides or switches is chosen anew, and four for each that may."""
@@ -261,8 +260,7 @@ class _Equilibrium:
 
 
 def _modes(point: OperatingPoint) -> np.ndarray:
-    found: np.ndarray = point.settings[: len(point.settings) - len(point.system.structure.implicit)]
-    return found
+    return point.settings[: len(point.settings) - len(point.system.structure.implicit)]
 
 
 def _between(begin: OperatingPoint, end: OperatingPoint, share: float) -> OperatingPoint:

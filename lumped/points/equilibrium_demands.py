@@ -100,7 +100,7 @@ def evaluate_expression(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
     function = ca.Function(
         "at", system.inputs, [ca.densify(system.structure.in_states(expression))]
     )
-    return np.asarray(function(point.x, point.theta, point.time, point.settings)).ravel(order="F")
+    return np.asarray(function(*point.inputs)).ravel(order="F")
 
 
 def computable_rows(system: System, expression: ca.SX) -> np.ndarray:

@@ -240,10 +240,10 @@ class EquilibriumSearch:
         if not self.places:
             return
         open_ = np.abs(scipy.linalg.null_space(scaled)).max(axis=1, initial=0.0)
-        p = self.system.structure.parameters
+        free = self.system.structure.parameters.free_names
         lost = np.array(self.places)[open_[-len(self.places) :] > 1e-6]
         if len(lost):
-            names = ", ".join(p.names[p.free[place]] for place in lost)
+            names = ", ".join(free[place] for place in lost)
             raise StartError(
                 f"{self.system.name}: the equilibrium does not determine the free parameters "
                 f"{names}. Give more start values, for example a speed, or free fewer."
@@ -261,7 +261,7 @@ class EquilibriumSearch:
             system.inputs,
             [system.structure.without(system.structure.values.of(nodes), lost)],
         )
-        found = np.asarray(speeds(point.x, point.theta, point.time, point.settings)).ravel()
+        found = np.asarray(speeds(*point.inputs)).ravel()
         for node, speed in zip(nodes, found, strict=True):
             if not abs(speed) <= 1e-9:
                 name = system.structure.node_name(node)
@@ -352,8 +352,7 @@ def settle_states(
 
 
 def _rates(point: OperatingPoint) -> np.ndarray:
-    found = point.system.rhs(point.x, point.theta, point.time, point.settings)
-    return np.asarray(found).ravel()
+    return np.asarray(point.system.rhs(*point.inputs)).ravel()
 
 
 def _nominal(system: System, node: int) -> float:
@@ -365,6 +364,5 @@ def _changes(point: OperatingPoint) -> bool:
     """Whether conditions or holds do not have their positions any more."""
     if not (point.system.switching and point.system.margins.size1_out(0)):
         return False
-    inputs = point.x, point.theta, point.time, point.settings
-    left, tolerance = np.split(evaluate_at(point.system, "margin", *inputs), 2)
+    left, tolerance = np.split(evaluate_at(point.system, "margin", *point.inputs), 2)
     return bool((left < -tolerance).any())

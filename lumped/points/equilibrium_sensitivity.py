@@ -4,27 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
-from lumped.compiler.system import System
-from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.errors import OptionError
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import tornado
 from lumped.points.borders import refuse_kinks
 from lumped.points.moved_equilibrium import find_moved_point, places_to
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
+from lumped.support.by_name import find_place
 from lumped.support.display_units import Units, choose_units
-from lumped.support.ranking import rank_by_size
+from lumped.support.ranking import list_largest, rank_by_size
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, table
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ class EquilibriumSensitivity(RichHtml):
 
     @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> float:
-        row, column = self._row(pair[0]), find_place(self.point.system, pair[1], self.by)
+        row, column = self._row(pair[0]), self._place(pair[1], self.by)
         return float(self.derivatives[row, column])
 
     @checked
@@ -63,21 +61,12 @@ class EquilibriumSensitivity(RichHtml):
         OptionError
             If the quantity is zero, to which nothing is relative.
         """
-        row, known = self._row(of), self.point.parameters
-        varied = np.array([known[name] for name in self.by])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            relative = self.derivatives[row] * varied / self.values[row]
-        return rank_by_size(self.of[row], self.values[row], self.by, relative)
+        row, point = self._row(of), self.point
+        changes = self.derivatives[row] * point.theta[point.system.places(self.by)]
+        return rank_by_size(self.of[row], self.values[row], self.by, changes)
 
     @checked
-    def plot(
-        self,
-        of: Name | None = None,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, of: Name | None = None, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Tornado of the parameters that matter most.
 
         Parameters
@@ -101,16 +90,18 @@ class EquilibriumSensitivity(RichHtml):
         system, choice = self.point.system, choose_units(units, self.of)
         texts = amounts(name, system.quantity(name).unit, self.values[row], digits=4, units=choice)
         title = f"{system.name}: {name} = {' '.join(texts)} at the equilibrium"
-        return draw(tornado(self.ranked(name), title, name), backend, ax)
+        return draw(tornado(self.ranked(name), title, name), **canvas)
 
     def _row(self, of: Name) -> int:
-        return find_place(self.point.system, of, self.of)
+        return self._place(of, self.of)
+
+    def _place(self, name: Name, known: tuple[str, ...]) -> int:
+        return find_place(self.point.system.key(name), known, "was not asked for")
 
     def __repr__(self) -> str:
         rows = []
         for name, value in zip(self.of[:12], self.values, strict=False):
-            most = self.ranked(name)[:4] if value else []
-            text = "; ".join(f"{n} {v:+.4f}" for n, v in most if v)
+            text = list_largest((n, v) for n, v in self.ranked(name) if v) if value else ""
             unit = self.point.system.quantity(name).unit
             rows.append((name, *amounts(name, unit, value), text))
         head = f"{self.point.system.name}: equilibrium by {len(self.by)} parameters, relative"
@@ -179,17 +170,3 @@ def equilibrium_sensitivity(
     found = values_and_slopes(point.settings)
     derivatives = moved.through(found[:, 1:])
     return EquilibriumSensitivity(point, tuple(wanted), tuple(names), found[:, 0], derivatives)
-
-
-def find_place(system: System, name: Name, known: tuple[str, ...]) -> int:
-    """Where a name stands among those that were asked for.
-
-    Raises
-    ------
-    UnknownNameError
-        If it is none of them.
-    """
-    key = system.key(name)
-    if key not in known:
-        raise UnknownNameError(f"'{key}' was not asked for. {nearest(key, known)}")
-    return known.index(key)

@@ -12,17 +12,19 @@ import scipy
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
-from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.errors import OptionError, SolverError
 from lumped.points.control_systems import control_names
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import point_or_start
-from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
+from lumped.support.arrays import Boolean
+from lumped.support.by_name import find_place
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.results.operating_point import OperatingPoint
+from lumped.timeloop.results.validity import refuse_point_outside
 
 _MOST = 500
 _GROWS = 1e-7
@@ -104,9 +106,7 @@ class Linearisation(RichHtml):
             for name, row in zip(self.states, self.A[:10, :8], strict=False)
         ]
         point = self.point
-        rates = np.abs(
-            point.system.rhs(point.x, point.theta, point.time, point.settings).toarray().ravel()
-        )
+        rates = np.abs(point.system.rhs(*point.inputs).toarray().ravel())
         text = f"{point.system.name}: exact at t = {point.time:g} s"
         if len(rates):
             fastest = int(rates.argmax())
@@ -231,17 +231,13 @@ def linear_matrices(
     system: System, point: OperatingPoint, inputs: Iterable[Name], outputs: Iterable[Name]
 ) -> tuple[Matrices, tuple[str, ...], tuple[str, ...]]:
     """A, B, C and D, and the full names of inputs and outputs."""
-    p = system.structure.parameters
-    place = {p.names[i]: k for k, i in enumerate(p.free)}
+    free = system.structure.parameters.free_names
     given = tuple(system.key(name) for name in inputs)
     observed = tuple(system.key(name) for name in outputs)
     for name in given:
         if given.count(name) > 1:
             raise OptionError(f"{system.name}: the input {name} is named twice.")
-        if name not in place:
-            raise UnknownNameError(
-                f"'{name}' is not a parameter that can vary. {nearest(name, place)}"
-            )
+        find_place(name, free, "is not a parameter that can vary")
     return Matrices(point, given, observed), given, observed
 
 
@@ -256,7 +252,7 @@ def growth(system: System, point: OperatingPoint) -> tuple[float, str]:
         return np.nan, ""
     if not len(own):
         return 0.0, ""
-    matrix = sparse_state_matrix(system, point).toarray()[own][:, own]
+    matrix = system.state_matrix(point.inputs).toarray()[own][:, own]
     balanced = scipy.linalg.matrix_balance(matrix, permute=False)[0]
     values, vectors = scipy.linalg.eig(balanced)
     first = int(values.real.argmax())
@@ -267,6 +263,29 @@ def growth(system: System, point: OperatingPoint) -> tuple[float, str]:
     return float(values.real[first]), system.state_names[own[most]]
 
 
-def sparse_state_matrix(system: System, point: OperatingPoint) -> scipy.sparse.csc_array:
-    """A as a sparse matrix."""
-    return system.state_matrix((point.x, point.theta, point.time, point.settings))
+def moving(system: System, point: OperatingPoint) -> Boolean:
+    """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
+    return ~np.isin(
+        system.structure.states,
+        [*system.structure.cyclic, *system.switching.find_held(point.settings)],
+    )
+
+
+def finite(point: OperatingPoint) -> OperatingPoint:
+    """The point itself.
+
+    Raises
+    ------
+    SolverError
+        If a state or parameter is no number there, or equations of a component do not hold.
+    """
+    names = [*point.system.state_names, *point.system.structure.parameters.free_names]
+    values = np.append(point.x, point.theta)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise SolverError(
+            f"{point.system.name}: the operating point is not finite: {names[bad[0]]} = "
+            f"{values[bad[0]]}. Take one from start_point, equilibrium or a run."
+        )
+    refuse_point_outside(point, "at the operating point")
+    return point

@@ -9,18 +9,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.points.steady_directions import unsteady_part
 from lumped.points.target_values import initial_residuals
-from lumped.points.vibrating_states import find_stuck_holds
+from lumped.support.arrays import Boolean, Real
 from lumped.support.text_table import list_names
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
-
-Real = NDArray[np.float64]
 
 _STILL = 1e-9
 """Derivatives of states, relative to the terms in them, below which a point is an equilibrium."""
@@ -62,10 +59,10 @@ def places_to(point: OperatingPoint, by: Iterable[Name] | None) -> tuple[list[st
         If the equilibrium determines one of them.
     """
     system = point.system
-    p = system.structure.parameters
     free = set() if point.kept is None else set(point.kept.free)
     if by is None:
-        names = [p.names[i] for place, i in enumerate(p.free) if place not in free]
+        every = enumerate(system.structure.parameters.free_names)
+        names = [name for place, name in every if place not in free]
     else:
         names = [system.key(name) for name in by]
     places = system.places(names)
@@ -125,10 +122,9 @@ def find_moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | N
     free, count = list(kept.free), len(system.structure.reduced.states)
     end, chosen = count + len(free), [*free, *places]
     rates = _slopes(point, system.rates, chosen)
-    inputs = (point.x, point.theta, point.time, point.settings)
     # what cancels in it is exactly zero there, and nothing depends on states that are left out
     rates[:, :count] = 0.0
-    rates[:, system.structure.in_use] = system.state_matrix(inputs).toarray()
+    rates[:, system.structure.in_use] = system.state_matrix(point.inputs).toarray()
     given = _slopes(point, _collect_given(system, kept), chosen)
     held = _slopes(point, _collect_held(system, point), chosen)
     hard = np.vstack([change @ rates, held, *([given] if free else [])])
@@ -146,7 +142,7 @@ def find_moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | N
 def select_still(point: OperatingPoint, vectors: Real) -> Real:
     """Those combinations of columns of states in which nothing moves that is held."""
     system = point.system
-    if not find_stuck_holds(point).any() or not vectors.shape[1]:
+    if not _find_stuck_holds(point).any() or not vectors.shape[1]:
         return vectors
     slopes = _slopes(point, _collect_held(system, point), [])
     lost = np.setdiff1d(np.arange(slopes.shape[1]), system.structure.in_use)
@@ -155,8 +151,7 @@ def select_still(point: OperatingPoint, vectors: Real) -> Real:
     moves = slopes[:, system.structure.in_use] @ vectors
     size = np.abs(slopes[:, system.structure.in_use]) @ np.abs(vectors)
     moves[np.abs(moves) <= _MISSED * size] = 0.0
-    found: Real = vectors @ _solve_least_squares(moves, np.zeros((len(moves), 1)))[1]
-    return found
+    return vectors @ _solve_least_squares(moves, np.zeros((len(moves), 1)))[1]
 
 
 def _collect_held(system: System, point: OperatingPoint) -> ca.SX:
@@ -166,7 +161,7 @@ def _collect_held(system: System, point: OperatingPoint) -> ca.SX:
     """
     switching, values, reduced = system.switching, system.structure.values, system.structure.reduced
     found = [ca.SX(0, 1)]
-    for hold in np.flatnonzero(find_stuck_holds(point)).tolist():
+    for hold in np.flatnonzero(_find_stuck_holds(point)).tolist():
         node = switching.speeds[hold]
         if node < 0:
             continue
@@ -277,22 +272,27 @@ def _solve_least_squares(matrix: Real, right: Real, size: float = 0.0) -> tuple[
 def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bool:
     """Whether the derivatives vanish at the point, steady motion apart."""
     system = point.system
-    inputs = (point.x, point.theta, point.time, point.settings)
-    rates = np.abs(change @ np.asarray(system.rhs(*inputs)).ravel())
-    terms = abs(change @ system.state_matrix(inputs)) @ (np.abs(point.x) + 1e-3)
+    rates = np.abs(change @ np.asarray(system.rhs(*point.inputs)).ravel())
+    terms = abs(change @ system.state_matrix(point.inputs)) @ (np.abs(point.x) + 1e-3)
     return bool((rates <= _STILL * (terms + 1e-9)).all())
 
 
 def _none_near(point: OperatingPoint, place: int) -> str:
     system = point.system
-    p, switching = system.structure.parameters, system.switching
-    held = list(dict.fromkeys(np.array(switching.names)[find_stuck_holds(point)].tolist()))
+    name = system.structure.parameters.free_names[place]
+    held = list(dict.fromkeys(np.array(system.switching.names)[_find_stuck_holds(point)].tolist()))
     staying = (
         f" while {list_names(held)} {'stays' if len(held) == 1 else 'stay'} held" if held else ""
     )
     given = " and the given start values hold" if point.kept is not None and point.kept.free else ""
     return (
         f"{system.name}: there is no equilibrium near the operating point when "
-        f"{p.names[p.free[place]]} changes{staying}{given}. Leave it out of `by`, or let a load "
+        f"{name} changes{staying}{given}. Leave it out of `by`, or let a load "
         "depend on the speed."
     )
+
+
+def _find_stuck_holds(point: OperatingPoint) -> Boolean:
+    """Which holds hold at the operating point, shape (h,)."""
+    found: Boolean = point.settings[point.system.switching.first_modes] > 0.5
+    return found

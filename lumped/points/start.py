@@ -18,10 +18,9 @@ from lumped.points.start_search import StartSearch
 from lumped.points.start_values import read_start_values
 from lumped.support.arguments import checked
 from lumped.timeloop.clocks import modes_at
-from lumped.timeloop.positions import begin
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
-from lumped.timeloop.settings import just_after
+from lumped.timeloop.settings import begin, just_after
 
 
 @checked

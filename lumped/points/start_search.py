@@ -23,8 +23,7 @@ from lumped.points.targets import Targets
 from lumped.support.units import amount
 from lumped.timeloop.clocks import modes_at
 from lumped.timeloop.holds import Holds
-from lumped.timeloop.positions import calm_positions
-from lumped.timeloop.settings import close_settings, just_after
+from lumped.timeloop.settings import calm_positions, close_settings, just_after
 
 ROUNDING = 1e-3
 """Of the speed that counts as standstill: what a search leaves of a speed that is zero."""

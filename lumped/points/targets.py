@@ -260,10 +260,9 @@ class Targets:
         if known is not None and known[0] == key and not self.free:
             return known[1]
         dependent, usable = find_determined(self.system, matrix, self.fixed, self._evaluate.entries)
-        parameters = self.system.structure.parameters
         for k, place in enumerate(self.free):
             if complain and self.count + k not in dependent:
-                name = parameters.names[parameters.free[place]]
+                name = self.system.structure.parameters.free_names[place]
                 raise StartError(
                     f"The free parameter {name} is not determined by the start values. Give one "
                     "more start value or initial equation that depends on it, for example an "

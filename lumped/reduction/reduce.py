@@ -238,8 +238,7 @@ def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> 
 
 def find_nodes(aliases: Aliases, first: np.ndarray) -> np.ndarray:
     """Node of each unknown, -1 if it is zero, from the first node of each class."""
-    nodes: np.ndarray = np.where(aliases.classes >= 0, first[aliases.classes] + aliases.shifts, -1)
-    return nodes
+    return np.where(aliases.classes >= 0, first[aliases.classes] + aliases.shifts, -1)
 
 
 def _blocks(

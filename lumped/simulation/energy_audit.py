@@ -156,8 +156,7 @@ def _ports(node: Instance) -> list[int]:
 
 def _inside(t: np.ndarray) -> np.ndarray:
     """Gauss points between times, shape (k - 1, 5)."""
-    found: np.ndarray = t[:-1, None] + 0.5 * np.diff(t)[:, None] * (1 + _NODES)
-    return found
+    return t[:-1, None] + 0.5 * np.diff(t)[:, None] * (1 + _NODES)
 
 
 def _values(piece: Piece, theta: np.ndarray) -> np.ndarray:

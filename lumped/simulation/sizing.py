@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import torque_speed
 from lumped.plots.picture import label_axis
 from lumped.support.arguments import checked
@@ -87,13 +87,7 @@ class Sizing(RichHtml):
     maximum: Limit | None = None
 
     @checked
-    def plot(
-        self,
-        *,
-        units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
-    ) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Torque over speed with the limits, and the thermal equivalent.
 
         Parameters
@@ -128,7 +122,7 @@ class Sizing(RichHtml):
             convert_limit(self.maximum),
             (label_axis(names[1], x.unit), label_axis(names[0], y.unit)),
         )
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     @property
     def fits(self) -> bool:

@@ -13,7 +13,7 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import LumpedError, OptionError
 from lumped.plots import numbers
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.points.start import run_start
 from lumped.simulation.certify import choose_names, compare_runs
 from lumped.simulation.simulate import simulate
@@ -120,7 +120,7 @@ class WorkPrecision(RichHtml):
         return min(good, key=lambda row: row.seconds)
 
     @checked
-    def plot(self, *, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(self, **canvas: Unpack[Canvas]) -> Any:
         """Run time over error, one line for each method; failed runs are left out.
 
         There is no choice of units: errors are relative, and the computer's time is none of the
@@ -136,7 +136,7 @@ class WorkPrecision(RichHtml):
             if np.isfinite(row.error):
                 methods[row.method].append((row.error, row.seconds))
         picture = numbers.work_precision(self.system.name, methods, self.reference_error)
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         head = ("method", "rtol", "error", "ms", "steps", "rejected", "evaluations", "events")

@@ -10,3 +10,4 @@ from numpy.typing import NDArray
 Real: TypeAlias = NDArray[np.float64]
 Complex: TypeAlias = NDArray[np.complex128]
 Integer: TypeAlias = NDArray[np.int64]
+Boolean: TypeAlias = NDArray[np.bool_]

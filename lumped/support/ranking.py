@@ -11,10 +11,16 @@ from numpy.typing import ArrayLike
 from lumped.errors import OptionError
 
 
+def rank(names: Sequence[str], values: np.ndarray) -> list[tuple[str, float]]:
+    """Names and values, those of the largest size first."""
+    order = np.argsort(-np.abs(values), kind="stable")
+    return [(names[i], float(values[i])) for i in order]
+
+
 def rank_by_size(
-    what: str, value: float, names: Sequence[str], relative: np.ndarray
+    what: str, value: float, names: Sequence[str], changes: np.ndarray
 ) -> list[tuple[str, float]]:
-    """Names and relative sensitivities, the largest first.
+    """Names and changes relative to a value, the largest first.
 
     Raises
     ------
@@ -23,8 +29,7 @@ def rank_by_size(
     """
     if not value:
         raise OptionError(f"{what} is zero; a change relative to it has no meaning.")
-    order = np.argsort(-np.abs(relative), kind="stable")
-    return [(names[i], float(relative[i])) for i in order]
+    return rank(names, changes / value)
 
 
 def list_largest(pairs: Iterable[tuple[str, Any]], form: str = "{} {:+.4f}", most: int = 4) -> str:
@@ -45,8 +50,7 @@ def ranks(values: np.ndarray) -> np.ndarray:
     """Ranks from 0 on, shape (n,); equal values share the mean of theirs."""
     _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
     ends = np.cumsum(counts)
-    found: np.ndarray = (ends - 0.5 * (counts + 1))[inverse]
-    return found
+    return (ends - 0.5 * (counts + 1))[inverse]
 
 
 def quantiles(values: np.ndarray, q: ArrayLike) -> Any:

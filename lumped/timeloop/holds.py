@@ -74,8 +74,7 @@ class Holds:
 
     def parts(self, modes: np.ndarray) -> np.ndarray:
         """Which are stuck, forward, backward; shape (3, h)."""
-        found: np.ndarray = modes[self._parts] > 0.5
-        return found
+        return modes[self._parts] > 0.5
 
     def rounding(self, x: np.ndarray) -> np.ndarray:
         """Speeds that may be rounding of the states that they depend on."""

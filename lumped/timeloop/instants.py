@@ -93,8 +93,7 @@ class _Course:
     numbers: np.ndarray
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        found: np.ndarray = self.numbers[np.searchsorted(self.times, times, side="right")]
-        return found
+        return self.numbers[np.searchsorted(self.times, times, side="right")]
 
 
 @dataclass(eq=False)

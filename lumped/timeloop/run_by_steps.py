@@ -36,7 +36,6 @@ from lumped.timeloop.holds import hold_words
 from lumped.timeloop.leading_states import exchange_lead
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import KeptRun, OutputRoom
-from lumped.timeloop.positions import no_fit
 from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -44,7 +43,7 @@ from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.results.statistics import Used
 from lumped.timeloop.run import Simulation, nominals
 from lumped.timeloop.run_options import RunPlan
-from lumped.timeloop.settings import closing_fault
+from lumped.timeloop.settings import closing_fault, no_fit
 
 _PIECES, _CHANGES, _ROWS = 512, 4096, 2048
 """Room for pieces, changes of mode and rows between two visits to Python."""

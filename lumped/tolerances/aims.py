@@ -214,8 +214,7 @@ RobustAim = MeanPlusAim | QuantileAim
 def _harrell_davis(n: int, share: float) -> np.ndarray:
     """Weights of the ordered values of a sample, shape (n,)."""
     a, b = (n + 1) * share, (n + 1) * (1 - share)
-    found: np.ndarray = np.diff(scipy.special.betainc(a, b, np.arange(n + 1) / n))
-    return found
+    return np.diff(scipy.special.betainc(a, b, np.arange(n + 1) / n))
 
 
 @checked

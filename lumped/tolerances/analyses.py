@@ -20,8 +20,9 @@ from lumped.functionals.readings import (
     Separation,
 )
 from lumped.gradients.gradient_ensemble import gradients_at
+from lumped.support.arrays import Real
 from lumped.timeloop.run_options import RunPlan
-from lumped.tolerances.evaluated import Array, Evaluated, Evaluation, OfReadings
+from lumped.tolerances.evaluated import Evaluated, Evaluation, OfReadings
 from lumped.vibration.natural.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.natural.find_modes import modes
 from lumped.vibration.natural.mode_designs import ManyModes, ModeDesigns, ModesOfMany
@@ -64,16 +65,14 @@ class OfOrders(OfReadings):
             if isinstance(reading, OrderPeak):
                 self._designs.inside(reading)
 
-    def _read_alone(self, row: Array, with_slopes: bool) -> tuple[Array, Array]:
+    def _read_alone(self, row: Real, with_slopes: bool) -> tuple[Real, Real]:
         values = dict(zip(self._names, row.tolist(), strict=True))
         found = self._designs.response(self._base | values)
         pairs = [self._value(reading, found, with_slopes) for reading in self._readings]
         slopes = np.array([slope for _, slope in pairs])
         return np.array([value for value, _ in pairs]), slopes[:, : None if with_slopes else 0]
 
-    def _value(
-        self, wanted: Reading, found: OrderResponse, with_slope: bool
-    ) -> tuple[float, Array]:
+    def _value(self, wanted: Reading, found: OrderResponse, with_slope: bool) -> tuple[float, Real]:
         none = np.zeros(len(self._names))
         if isinstance(wanted, OrderPeak):
             sizes = self._designs.sizes(wanted, found)
@@ -132,7 +131,7 @@ class OfModes(OfReadings):
             ):
                 raise OptionError(f"{analysis}: {reading}: give positive frequencies in Hz.")
 
-    def _read_together(self, x: Array, found: Evaluation) -> None:
+    def _read_together(self, x: Real, found: Evaluation) -> None:
         if not self._many.applies:
             return
         many = self._many.modes(x)
@@ -149,7 +148,7 @@ class OfModes(OfReadings):
                 slope = through(part.eigenvalues[:, [own]], slopes)[:, 0]
                 found.slopes[mine, k] = side[mine, None] * slope
 
-    def _curvatures(self, x: Array) -> Array | None:
+    def _curvatures(self, x: Real) -> Real | None:
         """Second derivatives of modes whose state matrix depends on parameters alone."""
         if not self._many.applies:
             return None
@@ -162,7 +161,7 @@ class OfModes(OfReadings):
             found.append(side * second_derivatives(*own, of_damping=isinstance(wanted, Damping)))
         return np.array(found)
 
-    def _read_alone(self, row: Array, with_slopes: bool) -> tuple[Array, Array]:
+    def _read_alone(self, row: Real, with_slopes: bool) -> tuple[Real, Real]:
         found = self._modes(row)
         values = [value_of_modes(f, found.hertz, found.damping) for f in self._readings]
         if not with_slopes:
@@ -181,7 +180,7 @@ class OfModes(OfReadings):
             slopes.append(side * own[mode])
         return np.array(values), np.array(slopes)
 
-    def _modes(self, row: Array) -> Modes:
+    def _modes(self, row: Real) -> Modes:
         values = self._base | dict(zip(self._names, row.tolist(), strict=True))
         found = modes(self._system, at=self._designs.point(values))
         if len(found.hertz) != self._count:
@@ -193,27 +192,27 @@ class OfModes(OfReadings):
         return found
 
 
-def value_of_modes(wanted: Reading, hertz: Array, damping: Array) -> float:
+def value_of_modes(wanted: Reading, hertz: Real, damping: Real) -> float:
     """A functional of natural frequencies, Hz, and damping ratios, both of shape (m,)."""
     return float(_values(wanted, hertz[None], damping[None])[0])
 
 
-def slope_of_modes(wanted: Reading, hertz: Array) -> tuple[int, float]:
+def slope_of_modes(wanted: Reading, hertz: Real) -> tuple[int, float]:
     """The mode by whose frequency, or damping ratio, a functional changes, and how fast."""
     mode, side = _mode_of(wanted, hertz[None])
     return int(mode[0]), float(side[0])
 
 
-def _values(wanted: Reading, hertz: Array, damping: Array) -> Array:
+def _values(wanted: Reading, hertz: Real, damping: Real) -> Real:
     """A functional of many designs, whose modes have the shape (n, m)."""
     if isinstance(wanted, Clearance):
-        found: Array = np.abs(_away(wanted, hertz)).min(axis=(1, 2))
+        found: Real = np.abs(_away(wanted, hertz)).min(axis=(1, 2))
         return found
     assert isinstance(wanted, Frequency | Damping)
     return (hertz if isinstance(wanted, Frequency) else damping)[:, wanted.mode]
 
 
-def _mode_of(wanted: Reading, hertz: Array) -> tuple[NDArray[np.intp], Array]:
+def _mode_of(wanted: Reading, hertz: Real) -> tuple[NDArray[np.intp], Real]:
     """The mode by which a functional changes, and how fast, of many designs."""
     n = len(hertz)
     if isinstance(wanted, Frequency | Damping):
@@ -225,9 +224,9 @@ def _mode_of(wanted: Reading, hertz: Array) -> tuple[NDArray[np.intp], Array]:
     return mode, np.sign(away[np.arange(n), nearest]) / np.array(wanted.excitations)[number]
 
 
-def _away(wanted: Clearance, hertz: Array) -> Array:
+def _away(wanted: Clearance, hertz: Real) -> Real:
     """Relative distances of modes from excitations, shape (n, modes, excitations)."""
-    found: Array = hertz[:, :, None] / np.array(wanted.excitations) - 1
+    found: Real = hertz[:, :, None] / np.array(wanted.excitations) - 1
     return found
 
 
@@ -261,7 +260,7 @@ class OfRuns(Evaluated):
         self.error = plan.rtol
         self._runs = RunsAt(system, names, of, plan, workers)
 
-    def evaluate(self, x: Array, with_slopes: bool) -> Evaluation:
+    def evaluate(self, x: Real, with_slopes: bool) -> Evaluation:
         """Functionals of all runs, and derivatives by the adjoint if they are asked for.
 
         Raises

@@ -7,14 +7,13 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.system import System
 from lumped.errors import LumpedError, OptionError, UnknownNameError
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
+from lumped.support.arrays import Real
 
-Array = NDArray[np.float64]
 Failures = dict[int, str]
 """Why evaluations failed, by their number."""
 
@@ -31,8 +30,8 @@ class Evaluation(NamedTuple):
     failures : dict of int to str
     """
 
-    values: Array
-    slopes: Array
+    values: Real
+    slopes: Real
     failures: Failures
 
     @classmethod
@@ -59,10 +58,10 @@ class Evaluated(ABC):
         self.labels, self.units = tuple(of), tuple(f.unit(system) for f in of.values())
 
     @abstractmethod
-    def evaluate(self, x: Array, with_slopes: bool) -> Evaluation:
+    def evaluate(self, x: Real, with_slopes: bool) -> Evaluation:
         """Functionals at parameters of shape (n, d), and derivatives if they are asked for."""
 
-    def curvatures(self, x: Array) -> Array | None:
+    def curvatures(self, x: Real) -> Real | None:
         """Exact second derivatives at one point, shape (k, d, d); None where none are formed."""
         return None
 
@@ -75,7 +74,7 @@ class OfReadings(Evaluated):
         self._readings = readings_of(of.values())
         self._places = [[self._readings.index(r) for r in f.readings] for f in of.values()]
 
-    def evaluate(self, x: Array, with_slopes: bool) -> Evaluation:
+    def evaluate(self, x: Real, with_slopes: bool) -> Evaluation:
         """Functionals of all designs, and their derivatives if they are asked for."""
         d = len(self._names) if with_slopes else 0
         read = Evaluation.unknown(len(x), len(self._readings), d)
@@ -98,28 +97,26 @@ class OfReadings(Evaluated):
                 slopes[i, k] = by @ read.slopes[i, own]
         return Evaluation(values, slopes, read.failures)
 
-    def _read_together(self, x: Array, found: Evaluation) -> None:
+    def _read_together(self, x: Real, found: Evaluation) -> None:
         """Fill in readings of designs that are found side by side."""
 
     @abstractmethod
-    def _read_alone(self, row: Array, with_slopes: bool) -> tuple[Array, Array]:
+    def _read_alone(self, row: Real, with_slopes: bool) -> tuple[Real, Real]:
         """Readings of one design and their derivatives, shapes (m,) and (m, d) or (m, 0)."""
 
-    def curvatures(self, x: Array) -> Array | None:
+    def curvatures(self, x: Real) -> Real | None:
         """Those of readings; None for expressions of these."""
         if any(functional.reading is None for functional in self._of.values()):
             return None
         found = self._curvatures(x)
         return None if found is None else found[[own[0] for own in self._places]]
 
-    def _curvatures(self, x: Array) -> Array | None:
+    def _curvatures(self, x: Real) -> Real | None:
         """Exact second derivatives of readings, shape (m, d, d)."""
         return None
 
 
-def curvatures_along(
-    slopes: Callable[[Array], Array], x: Array, along: Array, error: float
-) -> Array:
+def curvatures_along(slopes: Callable[[Real], Real], x: Real, along: Real, error: float) -> Real:
     """Second derivatives along directions, by central differences of first ones.
 
     Slopes are taken at ``h = error**(1/3)`` of each direction to both sides. That leaves out
@@ -146,5 +143,5 @@ def curvatures_along(
     h = np.cbrt(error)
     after, before = np.split(slopes(np.concatenate([x + h * along, x - h * along])), 2)
     found = np.moveaxis((after - before) @ along.T / (2 * h), 0, -2)
-    symmetric: Array = 0.5 * (found + found.swapaxes(-1, -2))
+    symmetric: Real = 0.5 * (found + found.swapaxes(-1, -2))
     return symmetric

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import scipy
 
+from lumped.support.arrays import Real
 from lumped.support.ranking import quantiles
-from lumped.tolerances.evaluated import Array
 
 CONFIDENCE = 0.95
 """Probability with which an interval has the true value inside."""
@@ -35,7 +35,7 @@ class Share(NamedTuple):
     high: float
 
 
-def quantile_of(ascending: Array, q: float) -> Quantile:
+def quantile_of(ascending: Real, q: float) -> Quantile:
     """Quantile of a sample, linear between two values, between two order statistics.
 
     The number of values below the true quantile is binomial, so the interval holds for any

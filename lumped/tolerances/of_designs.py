@@ -13,10 +13,11 @@ from lumped.ensembles.other_laws import Scaled
 from lumped.ensembles.variants import Over, marginals_of
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, search_together
+from lumped.support.arrays import Real
 from lumped.support.text_table import amounts, list_names, number
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.aims import Probability, RobustAim
-from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.evaluated import Failures
 from lumped.tolerances.failure.form import form, is_same, join_points, nothing_found, search_all
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.samples import Sampled, around
@@ -26,7 +27,7 @@ _MORE = 4
 """How much larger than a sample is the one by which it is checked."""
 
 Design = Mapping[str, float]
-Plane = tuple[float, Array, float]
+Plane = tuple[float, Real, float]
 """Reliability index, point, and growth of the excess there."""
 
 
@@ -176,7 +177,7 @@ class MovedScene:
         held = {name: design[name] for name in self._others}
         return Scene(system, over, marginals, lambda _: self._whole, base, self.analysis, held)
 
-    def slopes(self, design: Mapping[str, float], u: Array) -> tuple[Array, Array, Failures]:
+    def slopes(self, design: Mapping[str, float], u: Real) -> tuple[Real, Real, Failures]:
         """The functional, and its derivatives by the design where the normal numbers are held.
 
         Parameters
@@ -195,7 +196,7 @@ class MovedScene:
         scene = self.at(design)
         x = scene.physical(u)
         values, slopes = scene.slopes_by_all(x)
-        found: Array = slopes[:, 0, self._places]
+        found: Real = slopes[:, 0, self._places]
         for j, (name, place) in enumerate(zip(self.design, self._places, strict=True)):
             if place < x.shape[1]:  # a factor times the value of the design
                 found[:, j] *= x[:, place] / design[name]
@@ -219,15 +220,15 @@ class DesignProbability:
 
     def __init__(self, wanted: Probability, scene: MovedScene) -> None:
         self.wanted, self.scene, self.evaluations = wanted, scene, 0
-        self._followed: list[Array] = []
-        self._last: tuple[Design, list[tuple[float, Array]]] | None = None
+        self._followed: list[Real] = []
+        self._last: tuple[Design, list[tuple[float, Real]]] | None = None
 
     def limit(self, design: Design) -> Limit:
         """The limit at a design."""
         wanted = self.wanted
         return Limit(self.scene.at(design), wanted.above, wanted.below)
 
-    def betas(self, design: Design) -> list[tuple[float, Array]]:
+    def betas(self, design: Design) -> list[tuple[float, Real]]:
         """Reliability indices, and their derivatives by the design, each of shape (m,).
 
         One for each design point that is followed, the least first. Where the limit is out of
@@ -329,10 +330,10 @@ class DesignAim:
 
     def __init__(self, aim: RobustAim, scene: MovedScene) -> None:
         self.aim, self.scene, self.evaluations = aim, scene, 0
-        self._scores: Array | None = None
-        self._last: tuple[Design, float, Array] | None = None
+        self._scores: Real | None = None
+        self._last: tuple[Design, float, Real] | None = None
 
-    def at(self, design: Design) -> tuple[float, Array]:
+    def at(self, design: Design) -> tuple[float, Real]:
         """Value, and its derivatives by the design, shape (m,).
 
         Raises

@@ -12,16 +12,17 @@ import numpy as np
 from lumped.ensembles.outcome import list_reasons
 from lumped.ensembles.variants import Over, Sampling
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import spreads_picture
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, choose_units, display
 from lumped.support.optional_packages import extra
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.run_options import RunOptions
-from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.evaluated import Failures
 from lumped.tolerances.expansions.by_derivatives import by_derivatives
 from lumped.tolerances.expansions.chaos import by_chaos
 from lumped.tolerances.intervals import Quantile
@@ -63,8 +64,8 @@ class Scatter(ByName, RichHtml):
     method: str
     names: tuple[str, ...]
     spreads: dict[str, Spread]
-    points: Array
-    values: Array
+    points: Real
+    values: Real
     failures: Failures
     notes: tuple[str, ...]
     seconds: float
@@ -84,8 +85,7 @@ class Scatter(ByName, RichHtml):
         labels: Sequence[str] | None = None,
         *,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Histograms with quantiles and their intervals, and shares of parameters in the variance.
 
@@ -117,7 +117,7 @@ class Scatter(ByName, RichHtml):
             ]
             values = to_show.value(own.sample())
             shown[label] = to_show.unit, values, quantiles, own.ranking
-        return draw(spreads_picture(self.title, shown), backend, ax)
+        return draw(spreads_picture(self.title, shown), **canvas)
 
     def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame with one row for each functional: moments, and quantiles with intervals.
@@ -285,7 +285,7 @@ def scatter(
     return Scatter(scene.system.name, search, scene.names, *found, seconds)
 
 
-def _by_samples(scene: Scene, points: Array) -> Spreads:
+def _by_samples(scene: Scene, points: Real) -> Spreads:
     """How each functional scatters in a sample.
 
     Raises

@@ -8,7 +8,6 @@ from typing import Any, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
@@ -26,10 +25,11 @@ from lumped.ensembles.variants import (
 from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.functionals.functional import refuse_other
 from lumped.support.arguments import checked
+from lumped.support.arrays import Boolean, Real
 from lumped.support.text_table import list_names
 from lumped.timeloop.run_options import RunOptions, RunPlan, plan_of
 from lumped.tolerances.analyses import OfModes, OfOrders, OfRuns
-from lumped.tolerances.evaluated import Array, Evaluated, Evaluation, Failures, curvatures_along
+from lumped.tolerances.evaluated import Evaluated, Evaluation, Failures, curvatures_along
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 
@@ -94,16 +94,16 @@ class Scene:
         parts = self.over, self.marginals, self.evaluated_over, self.parameters, self.analysis
         return Scene, (self.system, *parts, self.held)
 
-    def physical(self, u: Array) -> Array:
+    def physical(self, u: Real) -> Real:
         """Parameters in SI units for independent standard normal numbers, both of shape (n, d)."""
         return self.marginals.values(np.asarray(u, dtype=float))[0]
 
-    def physical_slopes(self, u: Array) -> Array:
+    def physical_slopes(self, u: Real) -> Real:
         """Their derivatives, shape (n, d, d): of parameter i by number j."""
         return self.marginals.values(np.asarray(u, dtype=float))[1]
 
     @property
-    def moments(self) -> tuple[Array, Array]:
+    def moments(self) -> tuple[Real, Real]:
         """Means and standard deviations of the parameters that scatter, shape (d,) each."""
         pairs = [central_moments(law) for law in self.marginals.laws]
         return np.array([mean for mean, _ in pairs]), np.sqrt([central[2] for _, central in pairs])
@@ -134,7 +134,7 @@ class Scene:
         known = self.system.parameter_values(self.parameters)
         return {key: known[key] for key in keys}
 
-    def slopes_by_others(self, x: Array, others: Mapping[str, float]) -> Array:
+    def slopes_by_others(self, x: Real, others: Mapping[str, float]) -> Real:
         """Derivatives by parameters that do not scatter, shape (n, k, m).
 
         Parameters
@@ -155,7 +155,7 @@ class Scene:
         self.failures = whole.failures
         return found
 
-    def draw(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Array:
+    def draw(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Real:
         """Parameters that `ensemble` draws, shape (n, d).
 
         Raises
@@ -175,7 +175,7 @@ class Scene:
             analysis=self.analysis,
         ).values
 
-    def scores(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Array:
+    def scores(self, n: int, seed: int = 0, sampling: Sampling = "random") -> Real:
         """Independent standard normal numbers of which `physical` makes what `draw` gives.
 
         Raises
@@ -184,14 +184,14 @@ class Scene:
             If an option makes no sense.
         """
         u = probabilities(n, len(self.names), seed, sampling, self.analysis)
-        found: Array = scipy.special.ndtri(u)
+        found: Real = scipy.special.ndtri(u)
         return found
 
-    def values(self, x: Array) -> Array:
+    def values(self, x: Real) -> Real:
         """Functionals at parameters of shape (n, d), shape (n, k); nan where one failed."""
         return self._evaluate(x, with_slopes=False)[0]
 
-    def slopes(self, x: Array) -> tuple[Array, Array]:
+    def slopes(self, x: Real) -> tuple[Real, Real]:
         """Functionals and their derivatives by the parameters, shapes (n, k) and (n, k, d).
 
         Raises
@@ -202,11 +202,11 @@ class Scene:
         values, slopes = self.slopes_by_all(x)
         return values, slopes[:, :, : len(self.names)]
 
-    def slopes_by_all(self, x: Array) -> tuple[Array, Array]:
+    def slopes_by_all(self, x: Real) -> tuple[Real, Real]:
         """The same with derivatives by what is held too, shape (n, k, d + m)."""
         return self._evaluate(x, with_slopes=True)
 
-    def _evaluate(self, x: Array, with_slopes: bool) -> tuple[Array, Array]:
+    def _evaluate(self, x: Real, with_slopes: bool) -> tuple[Real, Real]:
         rows = self._rows(x)
         faults = self._find_faults(rows)
         sound = np.setdiff1d(np.arange(len(rows)), list(faults))
@@ -218,7 +218,7 @@ class Scene:
         self.failures = dict(sorted(told.items()))
         return values, slopes
 
-    def curvatures(self, x: Array) -> Array:
+    def curvatures(self, x: Real) -> Real:
         """Second derivatives at one point, shape (k, d, d).
 
         Exact ones where there are some; else central differences of first derivatives over
@@ -241,17 +241,16 @@ class Scene:
         if not np.isfinite(scaled).all():
             why = next(iter(self.failures.values()), "")
             raise SolverError(f"{self.analysis}: no derivatives beside the point: {why}", None)
-        bent: Array = scaled / np.outer(wide, wide)
-        return bent
+        return scaled / np.outer(wide, wide)
 
-    def exact_curvatures(self, x: Array) -> Array | None:
+    def exact_curvatures(self, x: Real) -> Real | None:
         """The same; None where none are formed (runs, order responses, modes of equilibria)."""
         row = self._rows(np.reshape(x, (1, -1)))
         for text in self._find_faults(row).values():
             raise ParameterError(f"{self.analysis}: {text}.")
         return self._evaluated.curvatures(row[0])
 
-    def _find_faults(self, rows: Array) -> Failures:
+    def _find_faults(self, rows: Real) -> Failures:
         """Which parameters are out of range, and why."""
         if not len(rows):
             return {}
@@ -259,7 +258,7 @@ class Scene:
         found = parameters.outside(self._theta, self._places, rows)
         return {run: text for text, runs in found for run in runs.tolist()}
 
-    def _rows(self, x: Array) -> Array:
+    def _rows(self, x: Real) -> Real:
         found = np.ascontiguousarray(x, dtype=float)
         if found.ndim != 2 or found.shape[1] != len(self.names):
             raise OptionError(
@@ -361,11 +360,11 @@ def plan_scene(
     return Scene(system, over, marginals, evaluated_over, changes, analysis)
 
 
-def find_correlated(scene: Scene) -> NDArray[np.bool_]:
+def find_correlated(scene: Scene) -> Boolean:
     """Which parameters depend on others, shape (d,)."""
     mixing = scene.marginals.mixing
     off = (mixing != 0) & ~np.eye(len(mixing), dtype=bool)
-    found: NDArray[np.bool_] = off.any(axis=0) | off.any(axis=1)
+    found: Boolean = off.any(axis=0) | off.any(axis=1)
     return found
 
 

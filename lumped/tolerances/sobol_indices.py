@@ -9,10 +9,10 @@ from typing import Any, Unpack
 import numpy as np
 import scipy
 
-from lumped.ensembles.laws import Array
 from lumped.ensembles.variants import Over, probabilities
 from lumped.errors import OptionError, SolverError, shown
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import list_names, table
 from lumped.timeloop.run_options import RunOptions
@@ -50,10 +50,10 @@ class SobolIndices(RichHtml):
 
     names: tuple[str, ...]
     labels: tuple[str, ...]
-    first: Array
-    total: Array
-    first_interval: Array
-    total_interval: Array
+    first: Real
+    total: Real
+    first_interval: Real
+    total_interval: Real
     confidence: float
     runs: int
     failures: dict[int, str]
@@ -194,7 +194,7 @@ def indices_of(scene: Scene, pairs: int, seed: int, confidence: float) -> SobolI
     )
 
 
-def _shares(f: Array, confidence: float, random: np.random.Generator) -> tuple[Array, Array]:
+def _shares(f: Real, confidence: float, random: np.random.Generator) -> tuple[Real, Real]:
     """Shares alone and with others, shape (2, d), and their intervals, shape (2, d, 2).
 
     Parameters
@@ -219,7 +219,7 @@ def _shares(f: Array, confidence: float, random: np.random.Generator) -> tuple[A
     return own, np.moveaxis(ends, 0, -1)
 
 
-def _of_means(means: Array) -> Array:
+def _of_means(means: Real) -> Real:
     """Shares from means of the terms of each sample, shape (samples, 2, d); 0 if nothing varies."""
     middle = means[:, :2].mean(axis=1)
     variance = means[:, 2:4].mean(axis=1) - middle**2

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError, ParameterError, SolverError
+from lumped.support.arrays import Boolean, Real
 from lumped.support.ranking import ranks
 from lumped.support.units import plain
-from lumped.tolerances.evaluated import Array, Failures
+from lumped.tolerances.evaluated import Failures
 from lumped.tolerances.intervals import Quantile, Share, quantile_of, share_of
 
 _DEGREE = 4
@@ -43,7 +43,7 @@ class Spread:
     missing: Share | None = None
 
     def __init__(
-        self, label: str, unit: str, names: tuple[str, ...], x: Array, values: Array
+        self, label: str, unit: str, names: tuple[str, ...], x: Real, values: Real
     ) -> None:
         """Keep a population: parameters of shape (n, d) and values of shape (n,)."""
         self.label, self.unit = label, unit
@@ -125,7 +125,7 @@ class Spread:
         shares = np.array([explain_variance(column, verdict) for column in self._x.T])
         return rank_shares(self._names, shares)
 
-    def sample(self) -> Array:
+    def sample(self) -> Real:
         """Values that are distributed like the functional, ascending, for histograms."""
         return self._ascending
 
@@ -136,7 +136,7 @@ class Spread:
         what = f"scatter: {self.label}: the limit ="
         return plain(given[0], self.unit, what, ParameterError), above is not None
 
-    def _is_beyond(self, limit: float, above: bool) -> NDArray[np.bool_]:
+    def _is_beyond(self, limit: float, above: bool) -> Boolean:
         return self._values > limit if above else self._values < limit
 
     def _error_near(self, level: float) -> float:
@@ -164,7 +164,7 @@ class SampledSpread(Spread):
     """
 
     def __init__(
-        self, label: str, unit: str, names: tuple[str, ...], x: Array, values: Array
+        self, label: str, unit: str, names: tuple[str, ...], x: Real, values: Real
     ) -> None:
         there = ~np.isnan(values)
         self.missing = share_of(int((~there).sum()), len(values))
@@ -195,13 +195,13 @@ class Spreads(NamedTuple):
     """
 
     spreads: dict[str, Spread]
-    points: Array
-    values: Array
+    points: Real
+    values: Real
     failures: Failures
     notes: tuple[str, ...] = ()
 
 
-def explain_variance(x: Array, y: Array) -> float:
+def explain_variance(x: Real, y: Real) -> float:
     """Share of the variance of y that a smooth function of x explains, alone.
 
     Polynomials in the standard normal score of the rank of x; with the degrees of freedom taken
@@ -219,19 +219,19 @@ def explain_variance(x: Array, y: Array) -> float:
     return max(1.0 - rest, 0.0)
 
 
-def skewness_of(values: Array) -> float:
+def skewness_of(values: Real) -> float:
     """Third central moment over the cube of the deviation; nan where nothing scatters."""
     off = values - values.mean() if len(values) else values
     deviation = float(np.sqrt(np.mean(off**2))) if len(values) else 0.0
     return float(np.mean(off**3)) / deviation**3 if deviation else np.nan
 
 
-def rank_shares(names: tuple[str, ...], shares: Array) -> tuple[tuple[str, float], ...]:
+def rank_shares(names: tuple[str, ...], shares: Real) -> tuple[tuple[str, float], ...]:
     """Parameters and their shares, the largest first."""
     return tuple((names[j], float(shares[j])) for j in np.argsort(-shares, kind="stable"))
 
 
-def refuse_infinite(analysis: str, label: str, values: Array) -> None:
+def refuse_infinite(analysis: str, label: str, values: Real) -> None:
     """Refuse values through which no smooth function goes.
 
     Raises

@@ -135,8 +135,7 @@ def _turning(points: Points) -> list[int]:
     is_new = np.diff(points.leg) > 0
     turns[1:] |= is_new
     turns[:-1] |= is_new
-    found: list[int] = np.flatnonzero(turns).tolist()
-    return found
+    return np.flatnonzero(turns).tolist()
 
 
 def _swinging(places: list[int], y: list[float], least: float) -> list[int]:

@@ -15,20 +15,19 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.errors import OptionError
+from lumped.support.arrays import Real
 from lumped.timeloop.results.event import Event
 
 Read = dict[str, Any]
 """Contents by name."""
-
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Contents:
     """What a file of results holds (see `Saved`)."""
 
-    t: NDArray[np.float64]
-    values: dict[str, NDArray[np.float64]]
+    t: Real
+    values: dict[str, Real]
     units: dict[str, str]
     texts: dict[str, str]
     parameters: dict[str, float] = field(default_factory=dict)
@@ -39,7 +38,7 @@ class Contents:
     events: tuple[Event, ...] = ()
 
 
-def apart(t: Numbers) -> Numbers:
+def apart(t: Real) -> Real:
     """Times that increase strictly: those before a jump are moved back by one step of rounding."""
     t = t.copy()
     while len(same := np.flatnonzero(np.diff(t) <= 0)):
@@ -47,7 +46,7 @@ def apart(t: Numbers) -> Numbers:
     return t
 
 
-def together(t: Numbers) -> Numbers:
+def together(t: Real) -> Real:
     """Times before a jump moved back to it."""
     t = t.copy()
     for i in np.flatnonzero(np.nextafter(t[1:], -np.inf) == t[:-1])[::-1].tolist():

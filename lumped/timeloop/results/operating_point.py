@@ -210,8 +210,13 @@ class OperatingPoint(Named):
     @property
     def parameters(self) -> dict[str, float]:
         """Parameters that can be changed, and their values here."""
-        p = self.system.structure.parameters
-        return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
+        names = self.system.structure.parameters.free_names
+        return dict(zip(names, self.theta.tolist(), strict=True))
+
+    @property
+    def inputs(self) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+        """States, parameters, time and settings: values of the inputs of the system's functions."""
+        return self.x, self.theta, self.time, self.settings
 
     @cached_property
     def whole(self) -> OperatingPoint:
@@ -241,7 +246,7 @@ class OperatingPoint(Named):
             if self.again is None:
                 raise
             return self.whole[name]
-        return float(function(self.x, self.theta, self.time, self.settings))
+        return float(function(*self.inputs))
 
     def __repr__(self) -> str:
         rows = [

@@ -40,8 +40,7 @@ def output_times(
             raise OptionError(
                 f"grid = {grid}: the number of output intervals must lie between 1 and {_MOST}."
             )
-        equal: np.ndarray = np.linspace(begin, until, int(grid) + 1)
-        return equal
+        return np.linspace(begin, until, int(grid) + 1)
     times = _numbers(grid)
     count = len(times) if times.ndim == 1 else 0
     if not count or np.count_nonzero(times[1:] >= times[:-1]) < count - 1:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.flattening.tree import key_of
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.over_time import over_time
 from lumped.plots.picture import Picture
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.by_name import ByName
 from lumped.support.display_units import Units, choose_units, display, time_unit
 from lumped.support.made_once import made_once
@@ -58,7 +58,7 @@ class Saved(Contents, ByName, RichHtml):
         Jumps of functions of time, changes of modes, impacts, and changes of states.
     """
 
-    def __getitem__(self, name: Name | list[Name]) -> NDArray[np.float64]:
+    def __getitem__(self, name: Name | list[Name]) -> Real:
         if isinstance(name, list):
             return np.column_stack([self[one] for one in name])
         key = key_of(name)
@@ -108,8 +108,7 @@ class Saved(Contents, ByName, RichHtml):
         names: Iterable[Name] | None = None,
         *,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Curves over time (see `lumped.Trajectory.plot`).
 
@@ -121,7 +120,7 @@ class Saved(Contents, ByName, RichHtml):
         shown = {name: (own[name], texts[name], y) for name, y in found.items()}
         choice = choose_units(units, ("time", *self))
         picture = draw_curves(self.model, self.t, shown, self.events, choice, names is not None)
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def to_pandas(self, *, units: Units = None) -> Any:
         """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
@@ -228,8 +227,8 @@ class Saved(Contents, ByName, RichHtml):
 
 def draw_curves(
     title: str,
-    t: NDArray[np.float64],
-    quantities: Mapping[str, tuple[str, str, NDArray[np.float64]]],
+    t: Real,
+    quantities: Mapping[str, tuple[str, str, Real]],
     events: Sequence[Event],
     units: Units,
     all_of_them: bool,

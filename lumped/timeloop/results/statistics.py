@@ -85,5 +85,4 @@ class Statistics:
         """Whether implicit steps begin at these times, if any do."""
         begins, names = zip(*self.methods, strict=True)
         implicit = np.array([name == "implicit" for name in names])
-        found: np.ndarray = implicit[np.maximum(np.searchsorted(begins, t, "right") - 1, 0)]
-        return found
+        return implicit[np.maximum(np.searchsorted(begins, t, "right") - 1, 0)]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.functionals import Functional
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units
 from lumped.support.text_table import amounts, table
@@ -148,8 +148,7 @@ class Trajectory(Named):
 
     def __getitem__(self, name: Name | list[Name]) -> np.ndarray:
         if isinstance(name, list):
-            table: np.ndarray = self.table(name)
-            return table
+            return self.table(name)
         key = self.system.key(name)
         if key == "time":
             return self.t
@@ -304,7 +303,7 @@ class Trajectory(Named):
             {name: self[name] for name in chosen},
             {name: quantity.unit for name, quantity in quantities.items()},
             {name: quantity.text for name, quantity in quantities.items()},
-            {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)},
+            dict(zip(p.free_names, self.theta.tolist(), strict=True)),
             {p.names[i]: p.declared[i].unit for i in p.free},
             system.name,
             fingerprint(system),
@@ -318,8 +317,7 @@ class Trajectory(Named):
         names: Iterable[Name] | None = None,
         *,
         units: Units = None,
-        backend: Backend = "matplotlib",
-        ax: Any = None,
+        **canvas: Unpack[Canvas],
     ) -> Any:
         """Curves over time; marks on the time axis tell what happened.
 
@@ -358,7 +356,7 @@ class Trajectory(Named):
         found = {name: (q.unit, q.text, self[name]) for name, q in quantities.items()}
         choice = choose_units(units, ("time", *self))
         picture = draw_curves(system.name, self.t, found, self.events, choice, names is not None)
-        return draw(picture, backend, ax)
+        return draw(picture, **canvas)
 
     def __repr__(self) -> str:
         s = self.statistics

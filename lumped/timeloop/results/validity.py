@@ -43,8 +43,7 @@ class HeldRange:
         """Which values lie outside, or are no numbers."""
         low, high = self.range.low, self.range.high
         slack = _ROUNDING * max(abs(low), abs(high))
-        found: np.ndarray = ~((values >= low - slack) & (values <= high + slack))
-        return found
+        return ~((values >= low - slack) & (values <= high + slack))
 
     def make_error(
         self, value: float, where: str, partial: Trajectory | None = None

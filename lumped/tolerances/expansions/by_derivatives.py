@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.ensembles.laws import central_moments
 from lumped.errors import OptionError, SolverError
-from lumped.tolerances.evaluated import Array
+from lumped.support.arrays import Real
 from lumped.tolerances.intervals import share_of
 from lumped.tolerances.scene import Scene, find_correlated
 from lumped.tolerances.spread import (
@@ -32,7 +32,7 @@ class Moments(NamedTuple):
     mean: float
     variance: float
     third: float
-    shares: Array
+    shares: Real
 
 
 class ExpandedSpread(Spread):
@@ -59,10 +59,10 @@ class ExpandedSpread(Spread):
         label: str,
         unit: str,
         names: tuple[str, ...],
-        population: tuple[Array, Array],
+        population: tuple[Real, Real],
         moments: Moments,
         order: int,
-        check: tuple[Array, Array],
+        check: tuple[Real, Real],
     ) -> None:
         super().__init__(label, unit, names, *population)
         self.order, self.ranking = order, rank_shares(names, moments.shares)
@@ -143,13 +143,13 @@ def by_derivatives(scene: Scene, runs: int, seed: int) -> Spreads:
     return Spreads(spreads, points, true, failures, notes)
 
 
-def _expand(off: Array, value: float, slope: Array, curvature: Array) -> Array:
+def _expand(off: Real, value: float, slope: Real, curvature: Real) -> Real:
     """Values of an expansion at distances from the mean, shape (n, d)."""
-    found: Array = value + off @ slope + 0.5 * ((off @ curvature) * off).sum(axis=1)
+    found: Real = value + off @ slope + 0.5 * ((off @ curvature) * off).sum(axis=1)
     return found
 
 
-def quadratic_moments(value: float, slope: Array, curvature: Array, central: Array) -> Moments:
+def quadratic_moments(value: float, slope: Real, curvature: Real, central: Real) -> Moments:
     """Moments of ``value + slope v + v curvature v / 2`` for independent v with mean zero.
 
     Parameters

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.ensembles.variants import Sampling
 from lumped.errors import OptionError, SolverError, shown
-from lumped.tolerances.evaluated import Array
+from lumped.support.arrays import Real
 from lumped.tolerances.expansions.expansion import LEAST, Expansion, fit_expansion
 from lumped.tolerances.expansions.polynomials import NORMAL, Family, family_of, standard_normal
 from lumped.tolerances.intervals import SCORE, Share, share_of
@@ -45,8 +44,8 @@ class _Ground:
 
     scene: Scene
     families: tuple[Family, ...]
-    x: Array
-    z: Array
+    x: Real
+    z: Real
 
 
 class PolynomialSpread(Spread):
@@ -101,7 +100,7 @@ class PolynomialSpread(Spread):
         refuse_correlated(self._ground.scene)
         return rank_shares(self._ground.scene.names, self._total)
 
-    def at(self, u: Array) -> Array:
+    def at(self, u: Real) -> Real:
         """The polynomials at points.
 
         Parameters
@@ -164,7 +163,7 @@ def by_chaos(
     )
     u = scene.scores(runs, seed, sampling)
     x, z = scene.physical(u), _variables(scene, families, u)
-    slopes: NDArray[np.float64] | None = None
+    slopes: Real | None = None
     if gradients:
         try:
             values, slopes = scene.slopes(x)
@@ -201,7 +200,7 @@ def by_chaos(
     return Spreads(spreads, x, values, failures, notes)
 
 
-def _variables(scene: Scene, families: Sequence[Family], u: Array) -> Array:
+def _variables(scene: Scene, families: Sequence[Family], u: Real) -> Real:
     """Variables of the polynomials for standard normal numbers, shape (n, d)."""
     x, z = scene.physical(u), np.array(u, dtype=float)
     for j, family in enumerate(families):
@@ -210,7 +209,7 @@ def _variables(scene: Scene, families: Sequence[Family], u: Array) -> Array:
     return z
 
 
-def _derive_parameters(scene: Scene, families: Sequence[Family], u: Array) -> Array:
+def _derive_parameters(scene: Scene, families: Sequence[Family], u: Real) -> Real:
     """Derivatives of the parameters by the variables of the polynomials, shape (n, d, d)."""
     found = np.array(scene.physical_slopes(u))
     for j, family in enumerate(families):

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lumped.ensembles.laws import Array
+from lumped.support.arrays import Integer, Real
 from lumped.tolerances.expansions.polynomials import Family, Terms, products, slopes_of_products
 
 LEAST = 10
@@ -56,11 +55,11 @@ class Expansion:
     """
 
     families: tuple[Family, ...]
-    exponents: NDArray[np.int64]
-    coefficients: Array
-    influence: Array
-    fitted: Array
-    residuals: Array
+    exponents: Integer
+    coefficients: Real
+    influence: Real
+    fitted: Real
+    residuals: Real
     q2: float
     with_slopes: bool
 
@@ -100,7 +99,7 @@ class Expansion:
         off = float(np.sqrt(own @ own)) / deviation if deviation > 0 else 0.0
         return float(np.sqrt(mean @ mean)), off
 
-    def shares(self) -> tuple[Array, Array]:
+    def shares(self) -> tuple[Real, Real]:
         """Sobol's indices of the sum: of each variable alone, and with all others, shape (d,) each.
 
         Both are zero where nothing varies.
@@ -117,7 +116,7 @@ class Expansion:
         alone = there & (there.sum(axis=1) == 1)[:, None]
         return parts @ alone, parts @ there
 
-    def values(self, z: Array) -> Array:
+    def values(self, z: Real) -> Real:
         """Of the sum at points, shape (n, d) to (n,)."""
         size = max(1, _CHUNK // len(self.exponents))
         found = [
@@ -130,7 +129,7 @@ class Expansion:
         ]
         return np.concatenate(found)
 
-    def add_residuals(self, values: Array, random: np.random.Generator) -> Array:
+    def add_residuals(self, values: Real, random: np.random.Generator) -> Real:
         """Values of the sum with what it leaves: residuals of runs that have a value nearby.
 
         Parameters
@@ -144,10 +143,10 @@ class Expansion:
         at = np.searchsorted(self.fitted[order], values)
         at = np.abs(at + random.integers(-width, width + 1, len(values)))
         at = np.minimum(at, 2 * (n - 1) - at)  # turned back at both ends
-        found: Array = values + self.residuals[order[at]]
+        found: Real = values + self.residuals[order[at]]
         return found
 
-    def error_near(self, z: Array, values: Array, level: float) -> float:
+    def error_near(self, z: Real, values: Real, level: float) -> float:
         """Standard error of a quantile.
 
         A quantile moves with a coefficient as the mean of its polynomial does where the sum has
@@ -168,7 +167,7 @@ class Expansion:
 
 
 def fit_expansion(
-    families: Sequence[Family], z: Array, values: Array, slopes: Array | None = None
+    families: Sequence[Family], z: Real, values: Real, slopes: Real | None = None
 ) -> Expansion:
     """Fit a sum of polynomials to values and gradients by least squares.
 
@@ -250,9 +249,9 @@ class _Rows:
     def __init__(
         self,
         families: Sequence[Family],
-        z: Array,
-        values: Array,
-        slopes: Array | None,
+        z: Real,
+        values: Real,
+        slopes: Real | None,
         terms: Terms,
     ) -> None:
         self.terms, self.slopes = terms, slopes
@@ -269,11 +268,10 @@ class _Rows:
         self.right = np.stack(right)  # (rows of a run, n)
 
     @cached_property
-    def grams(self) -> Array:
+    def grams(self) -> Real:
         """Products of the terms over all runs, for each row of a run."""
         parts = self.left.transpose(1, 0, 2)
-        found: Array = parts @ parts.transpose(0, 2, 1)
-        return found
+        return parts @ parts.transpose(0, 2, 1)
 
     def fits(self) -> list[_Fit]:
         """Fits with sets of terms that contain each other."""
@@ -288,7 +286,7 @@ class _Rows:
             weights = np.clip(np.nan_to_num(sizes[0] / sizes, nan=1.0), *_WEIGHTS)
         return found + self._fit_nested(weights)
 
-    def _fit_nested(self, weights: Array) -> list[_Fit]:
+    def _fit_nested(self, weights: Real) -> list[_Fit]:
         """Fits with weights of the rows of a run."""
         _, m, n = self.left.shape
         gram = np.tensordot(weights**2, self.grams, 1)
@@ -358,12 +356,12 @@ class _Fit:
     bound: float
     count: int
     back: np.ndarray
-    q: Array
-    turned: Array
-    residuals: Array
+    q: Real
+    turned: Real
+    residuals: Real
     left_out: np.ndarray
 
-    def solve_fit(self) -> tuple[Array, Array, Array]:
+    def solve_fit(self) -> tuple[Real, Real, Real]:
         """Coefficients, influence of runs on them, residuals of values."""
         k = self.count
         effect = np.einsum("pmn,mn->pn", self.q[:k], self.left_out)

@@ -7,9 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lumped.ensembles.laws import Array
+from lumped.support.arrays import Integer, Real
 
 _MOST = 16
 """Greatest degree in one variable."""
@@ -45,27 +44,26 @@ class Family:
     mean: float
     deviation: float
     bounded: bool
-    diagonal: Array
-    off: Array
-    rates: Array
-    grid: Array
-    kernel: Array
+    diagonal: Real
+    off: Real
+    rates: Real
+    grid: Real
+    kernel: Real
 
     @property
     def most(self) -> int:
         """Greatest degree."""
         return len(self.diagonal)
 
-    def weights(self, z: Array) -> Array:
+    def weights(self, z: Real) -> Real:
         """Stein's kernel at values of z.
 
         With it as a weight, derivatives of different polynomials are orthogonal for normal,
         uniform and beta laws, and those of degree one are orthogonal to all others for any law.
         """
-        found: Array = np.interp(z, self.grid, self.kernel)
-        return found
+        return np.interp(z, self.grid, self.kernel)
 
-    def values(self, z: Array, degree: int) -> tuple[Array, Array]:
+    def values(self, z: Real, degree: int) -> tuple[Real, Real]:
         """Polynomials and their derivatives, shape (degree + 1, n) each."""
         p, dp = np.zeros((2, degree + 1, len(z)))
         p[0] = 1.0
@@ -93,12 +91,12 @@ NORMAL = Family(
 """Hermite's polynomials of a standard normal variable."""
 
 
-def standard_normal() -> Array:
+def standard_normal() -> Real:
     """Values of a standard normal variable over which laws are summed up, shape (n,)."""
     return np.linspace(-_REACH, _REACH, _NODES)
 
 
-def family_of(x: Array) -> Family:
+def family_of(x: Real) -> Family:
     """Polynomials for a parameter whose values at `standard_normal` are `x`.
 
     A bounded parameter is the variable itself. Functions of it are as smooth as the drive makes
@@ -145,7 +143,7 @@ def family_of(x: Array) -> Family:
     return replace(found, rates=slopes**2 @ (weights * kernel))
 
 
-def _recurrence(z: Array, weights: Array) -> tuple[Array, Array]:
+def _recurrence(z: Real, weights: Real) -> tuple[Real, Real]:
     """Coefficients for values with weights that sum to one."""
     diagonal, off = [], [1.0]
     before, p = np.zeros_like(z), np.ones_like(z)
@@ -173,7 +171,7 @@ class Terms:
         How many of the first products make each set, ascending.
     """
 
-    exponents: NDArray[np.int64]
+    exponents: Integer
     ends: tuple[int, ...]
 
     @classmethod
@@ -220,7 +218,7 @@ def _products_up_to(most: Sequence[int], norm: float, size: float) -> Iterator[t
             yield degree, *others
 
 
-def products(families: Sequence[Family], z: Array, exponents: NDArray[np.int64]) -> Array:
+def products(families: Sequence[Family], z: Real, exponents: Integer) -> Real:
     """Products of polynomials at points.
 
     Parameters
@@ -238,7 +236,7 @@ def products(families: Sequence[Family], z: Array, exponents: NDArray[np.int64])
     return _multiply([p for p, _ in tables], exponents, len(z))
 
 
-def slopes_of_products(families: Sequence[Family], z: Array, exponents: NDArray[np.int64]) -> Array:
+def slopes_of_products(families: Sequence[Family], z: Real, exponents: Integer) -> Real:
     """Derivatives of products by each variable, shape (d, P, n)."""
     tables = _tables(families, z, exponents)
     found = np.zeros((len(families), len(exponents), len(z)))
@@ -249,14 +247,12 @@ def slopes_of_products(families: Sequence[Family], z: Array, exponents: NDArray[
     return found
 
 
-def _tables(
-    families: Sequence[Family], z: Array, exponents: NDArray[np.int64]
-) -> list[tuple[Array, Array]]:
+def _tables(families: Sequence[Family], z: Real, exponents: Integer) -> list[tuple[Real, Real]]:
     most = exponents.max(axis=0).tolist()
     return [f.values(z[:, j], most[j]) for j, f in enumerate(families)]
 
 
-def _multiply(tables: Sequence[Array], exponents: NDArray[np.int64], count: int) -> Array:
+def _multiply(tables: Sequence[Real], exponents: Integer, count: int) -> Real:
     found = np.ones((len(exponents), count))
     for j, rows in enumerate(tables):
         there = exponents[:, j] > 0

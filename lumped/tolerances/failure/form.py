@@ -12,7 +12,8 @@ import scipy
 
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import FURTHEST, Search, search_together
-from lumped.tolerances.failure.limit import Array, Limit
+from lumped.support.arrays import Real
+from lumped.tolerances.failure.limit import Limit
 
 _NEAR = (1e-2, 1e-4)
 """Distances from a design point at which the normal is compared with itself."""
@@ -46,10 +47,10 @@ class DesignPoint:
     """
 
     beta: float
-    u: Array
-    alpha: Array
-    x: Array
-    slopes: Array
+    u: Real
+    alpha: Real
+    x: Real
+    slopes: Real
     steepness: float
     bend: float
 
@@ -58,7 +59,7 @@ class DesignPoint:
         """That the limit is exceeded, if it were plane in standard normal space."""
         return float(scipy.special.ndtr(-self.beta))
 
-    def beta_by(self, excess_by: Array) -> Array:
+    def beta_by(self, excess_by: Real) -> Real:
         """Derivatives of beta, from those of the excess over the limit at the point itself.
 
         Parameters
@@ -69,7 +70,7 @@ class DesignPoint:
         return -excess_by / self.steepness
 
 
-def form(limit: Limit, begin: Array | None = None, searches: int = 4) -> tuple[DesignPoint, ...]:
+def form(limit: Limit, begin: Real | None = None, searches: int = 4) -> tuple[DesignPoint, ...]:
     """Design points, the nearest to the median first.
 
     Parameters
@@ -118,12 +119,12 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
     return tuple(points)
 
 
-def is_same(u: Array, other: Array) -> bool:
+def is_same(u: Real, other: Real) -> bool:
     """Whether two design points are one."""
     return bool(np.linalg.norm(u - other) < _SAME * (1 + np.linalg.norm(u)))
 
 
-def search_all(limit: Limit, begin: Array | None = None, searches: int = 4) -> list[Search]:
+def search_all(limit: Limit, begin: Real | None = None, searches: int = 4) -> list[Search]:
     """Searches for design points, each at its end; arguments as for `form`."""
     first = np.zeros(limit.count) if begin is None else begin
     every = search_together(limit.slopes, [first])
@@ -172,7 +173,7 @@ def _both(a: float, b: float, correlation: Any) -> float:
     return max(alone + float(scipy.integrate.quad(density, 0.0, limit)[0]), 0.0)
 
 
-def _others(search: Search, count: int) -> list[Array]:
+def _others(search: Search, count: int) -> list[Real]:
     """Where further searches begin: opposite a point, and in pairs at right angles to it."""
     far = float(np.linalg.norm(search.u)) if search.is_found else 0.0
     along = search.u / far if far else np.zeros(len(search.u))
@@ -218,7 +219,7 @@ def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | Solver
     )
 
 
-def _measure_bend(limit: Limit, u: Array) -> float:
+def _measure_bend(limit: Limit, u: Real) -> float:
     """Curvature of the limit at a point, along one direction; it bends to the median if negative.
 
     Raises

@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
+from lumped.support.arrays import Real
 from lumped.support.text_table import list_names
 from lumped.support.units import amount, plain
 from lumped.tolerances.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 class Limit:
@@ -79,12 +77,12 @@ class Limit:
         """A value of the functional with its unit."""
         return amount(value, self.unit)
 
-    def values(self, u: Array) -> Array:
+    def values(self, u: Real) -> Real:
         """Excess at points, shape (n, d); nan where an evaluation failed."""
         self.evaluations += len(u)
         return self._note_extremes(u, self.scene.values(self.scene.physical(u)))
 
-    def slopes(self, u: Array) -> tuple[Array, Array]:
+    def slopes(self, u: Real) -> tuple[Real, Real]:
         """Excess at points, and its gradients, shape (n, d), by the standard normal variables."""
         x = self.scene.physical(u)
         try:
@@ -98,7 +96,7 @@ class Limit:
         along = np.einsum("ni,nij->nj", by[:, 0], self.scene.physical_slopes(u))
         return self._note_extremes(u, values), self.sign * along
 
-    def at(self, u: Array) -> tuple[Array, Array]:
+    def at(self, u: Real) -> tuple[Real, Real]:
         """Parameters at a point, and the derivatives of the excess by them.
 
         Raises
@@ -110,7 +108,7 @@ class Limit:
         _, by = self.scene.slopes(x)
         return x[0], self._there(by, u)
 
-    def at_by_others(self, u: Array, others: Mapping[str, float]) -> Array:
+    def at_by_others(self, u: Real, others: Mapping[str, float]) -> Real:
         """Derivatives of the excess at a point by parameters that do not scatter, shape (m,).
 
         Parameters
@@ -125,24 +123,24 @@ class Limit:
         """
         return self._there(self.scene.slopes_by_others(self.scene.physical(u[None]), others), u)
 
-    def _there(self, by: Array, u: Array) -> Array:
+    def _there(self, by: Real, u: Real) -> Real:
         self.evaluations, self.gradients = self.evaluations + 1, self.gradients + 1
         if not np.isfinite(by).all():
             raise SolverError(
                 f"{self.head} has no derivatives at its design point, {self.combination(u)}: "
                 f"{next(iter(self.scene.failures.values()), '')} search='subset' needs none."
             )
-        found: Array = self.sign * by[0, 0]
+        found: Real = self.sign * by[0, 0]
         return found
 
-    def curvature(self, x: Array) -> Array | None:
+    def curvature(self, x: Real) -> Real | None:
         """Exact second derivatives of the excess by the parameters, shape (d, d), if known."""
         found = self.scene.exact_curvatures(x)
         return None if found is None else self.sign * found[0]
 
-    def _note_extremes(self, u: Array, values: Array) -> Array:
+    def _note_extremes(self, u: Real, values: Real) -> Real:
         """Excess of values of the functional, shape (n, 1)."""
-        excess: Array = self.sign * (values[:, 0] - self.bound)
+        excess: Real = self.sign * (values[:, 0] - self.bound)
         for failure in list(self.scene.failures.values())[:1]:
             self.reason = failure
         known = np.flatnonzero(np.isfinite(excess))
@@ -177,7 +175,7 @@ class Limit:
             f"{scipy.special.ndtr(-far):.2g}). Check the limit, its unit and the distributions."
         )
 
-    def combination(self, u: Array) -> str:
+    def combination(self, u: Real) -> str:
         """Parameters at a point, in words."""
         x: Any = self.scene.physical(u[None])[0].tolist()
         pairs = zip(self.scene.names, x, self.scene.parameter_units, strict=True)

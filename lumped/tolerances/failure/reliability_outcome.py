@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.plots.draw import Backend, draw
+from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import exceedance, importance_factors
 from lumped.plots.picture import label_axis
 from lumped.support.arguments import checked
+from lumped.support.arrays import Real
 from lumped.support.display_units import Units, choose_units, display
+from lumped.support.ranking import rank
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
 from lumped.tolerances.failure.form import DesignPoint
@@ -104,11 +105,11 @@ class Reliability(RichHtml):
     method: str
     names: tuple[str, ...]
     units: tuple[str, ...]
-    means: NDArray[np.float64]
-    deviations: NDArray[np.float64]
+    means: Real
+    deviations: Real
     sampled: Sampled
     points: tuple[DesignPoint, ...]
-    importance: NDArray[np.float64]
+    importance: Real
     influences: tuple[Influence, ...]
     second_order: tuple[Curved, ...]
     evaluations: int
@@ -185,7 +186,7 @@ class Reliability(RichHtml):
         return self.points[0]
 
     @checked
-    def plot(self, *, units: Units = None, backend: Backend = "matplotlib", ax: Any = None) -> Any:
+    def plot(self, *, units: Units = None, **canvas: Unpack[Canvas]) -> Any:
         """Importance factors at the nearest design point, or the levels of subset simulation.
 
         Parameters
@@ -208,11 +209,9 @@ class Reliability(RichHtml):
             rows = np.array([(shown.value(one.value), one.probability) for one in self.levels])
             what = label_axis(self.label, shown.unit)
             bound = shown.value(self.bound)
-            return draw(exceedance(head, what, (rows[:, 0], rows[:, 1]), bound), backend, ax)
+            return draw(exceedance(head, what, (rows[:, 0], rows[:, 1]), bound), **canvas)
         self._nearest()
-        order = np.argsort(-np.abs(self.importance), kind="stable")
-        factors = [(self.names[i], float(self.importance[i])) for i in order]
-        return draw(importance_factors(head, factors), backend, ax)
+        return draw(importance_factors(head, rank(self.names, self.importance)), **canvas)
 
     def __repr__(self) -> str:
         own = f"probability {number(self.probability, 4)}, beta = {number(self.beta, 4)}"

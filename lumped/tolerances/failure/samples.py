@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.nearest_points import Search
+from lumped.support.arrays import Boolean, Real
 from lumped.tolerances.failure.form import nothing_found
-from lumped.tolerances.failure.limit import Array, Limit
+from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.intervals import SCORE
 
 
@@ -104,7 +104,7 @@ _MOST_OF_ONE = 0.2
 """Share of one sample in the estimate, of 1."""
 
 
-def centres(limit: Limit, every: Sequence[Search]) -> list[Array]:
+def centres(limit: Limit, every: Sequence[Search]) -> list[Real]:
     """Points of a limit nearest to the median, whether it is smooth there or not.
 
     Raises
@@ -119,7 +119,7 @@ def centres(limit: Limit, every: Sequence[Search]) -> list[Array]:
         raise nothing_found(limit, every)
     found.sort(key=lambda u: float(np.linalg.norm(u)))
     near = float(np.linalg.norm(found[0]))
-    kept: list[Array] = []
+    kept: list[Real] = []
     for u in found:
         apart = [float(np.linalg.norm(u - v)) for v in kept]
         if np.linalg.norm(u) <= near + _BESIDE and min(apart, default=np.inf) > _SAME:
@@ -127,7 +127,7 @@ def centres(limit: Limit, every: Sequence[Search]) -> list[Array]:
     return kept
 
 
-def around(limit: Limit, points: Sequence[Array], runs: int, seed: int) -> Sampled:
+def around(limit: Limit, points: Sequence[Real], runs: int, seed: int) -> Sampled:
     """Importance sampling with normal densities around points of the limit.
 
     Samples are shared among the points by the probabilities beyond them. Where the median exceeds
@@ -275,16 +275,14 @@ class _Walk:
         self.step = 0.6
         """How far a move goes, of 1 for one that forgets where it began."""
 
-    def values(self, u: Array) -> Array:
+    def values(self, u: Real) -> Real:
         """Excess at points, without limit below where an evaluation failed."""
         found = self.limit.values(u)
         self.count += len(u)
         self.failed += int(np.isnan(found).sum())
         return np.where(np.isnan(found), -np.inf, found)
 
-    def chains(
-        self, u: Array, excess: Array, level: float, length: int
-    ) -> tuple[Array, Array, float]:
+    def chains(self, u: Real, excess: Real, level: float, length: int) -> tuple[Real, Real, float]:
         """Samples above a level, chain by chain in steps, and the share of moves accepted."""
         every, found, moved = [u], [excess], []
         for k in range(1, length):
@@ -300,7 +298,7 @@ class _Walk:
         return np.concatenate(every), np.concatenate(found), float(np.mean(moved))
 
 
-def _correlate(inside: NDArray[np.bool_], chains: int, are_chains: bool) -> float:
+def _correlate(inside: Boolean, chains: int, are_chains: bool) -> float:
     """What the samples of a chain repeat of each other: gamma of Au and Beck."""
     share = float(inside.mean())
     if not are_chains or share in (0.0, 1.0):

@@ -11,9 +11,10 @@ import numpy as np
 import scipy
 
 from lumped.errors import SolverError
+from lumped.support.arrays import Real
 from lumped.tolerances.evaluated import curvatures_along
 from lumped.tolerances.failure.form import DesignPoint
-from lumped.tolerances.failure.limit import Array, Limit
+from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.scene import Scene
 
 _WIDE = 12.0
@@ -40,7 +41,7 @@ class Curved:
         From what the curvatures follow.
     """
 
-    curvatures: Array
+    curvatures: Real
     breitung: float
     hohenbichler: float
     tvedt: float
@@ -82,7 +83,7 @@ def find_curvature(limit: Limit, point: DesignPoint) -> Curved:
     return Curved(kappa, plain, better, paraboloid(beta, kappa), source)
 
 
-def paraboloid(beta: float, kappa: Sequence[float] | Array) -> float:
+def paraboloid(beta: float, kappa: Sequence[float] | Real) -> float:
     """Probability of ``u_n - sum kappa_i v_i^2 / 2 > beta``, all variables standard normal.
 
     The inverse of the moment generating function, integrated along a parallel to the imaginary axis
@@ -111,7 +112,7 @@ def paraboloid(beta: float, kappa: Sequence[float] | Array) -> float:
     return float(share * math.exp(top) / math.pi)
 
 
-def _derive_twice(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
+def _derive_twice(limit: Limit, point: DesignPoint) -> tuple[Real, Source]:
     """Second derivatives of the excess along the limit, by the standard normal variables."""
     around = scipy.linalg.null_space(point.alpha[None]).T
     own = limit.curvature(point.x)
@@ -129,7 +130,7 @@ def _derive_twice(limit: Limit, point: DesignPoint) -> tuple[Array, Source]:
     return found, "gradients around it"
 
 
-def _derive_by_scores(scene: Scene, point: DesignPoint, curvature: Array) -> Array:
+def _derive_by_scores(scene: Scene, point: DesignPoint, curvature: Real) -> Real:
     """Second derivatives of the excess by the independent normal variables, from others.
 
     Parameters
@@ -145,5 +146,5 @@ def _derive_by_scores(scene: Scene, point: DesignPoint, curvature: Array) -> Arr
         for law, score in zip(scene.marginals.laws, mixing @ point.u, strict=True)
     ]
     bent = np.array([(after - before) / (2 * _SCORE) for after, before in slopes])
-    found: Array = by.T @ curvature @ by + mixing.T @ np.diag(point.slopes * bent) @ mixing
+    found: Real = by.T @ curvature @ by + mixing.T @ np.diag(point.slopes * bent) @ mixing
     return found

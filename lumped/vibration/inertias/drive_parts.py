@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from lumped.points.linearise import sparse_state_matrix
 from lumped.support.arrays import Real
 from lumped.vibration.inertias.own_inertias import HeavyShaft, heavy_shafts, mean_inertias
 from lumped.vibration.natural.energies import mechanical_ports
@@ -101,7 +100,7 @@ def _find_loaded_parts(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
         if not tree.instances[owner].children
     ]
     owners, unknowns = [owner for owner, _ in ports], [unknown for _, unknown in ports]
-    A = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
+    A = scipy.sparse.csr_array(modes.system.state_matrix(modes.point.inputs))
     angles, depths = modes._slopes_of(unknowns)
     once = angles @ A
     rising = scipy.sparse.diags_array((depths > 0).astype(float))

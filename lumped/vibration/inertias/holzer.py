@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Unpack
@@ -12,7 +13,7 @@ from lumped.plots.draw import Canvas, draw
 from lumped.support.arguments import checked
 from lumped.support.arrays import Real
 from lumped.support.by_name import find_place
-from lumped.support.display_units import Units, choose_units, display, frequency_unit
+from lumped.support.display_units import Shown, Units, choose_units, display, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.vibration.pictures import holzer_picture
@@ -73,6 +74,25 @@ class ElasticPart:
 
 
 Part = InertialPart | ElasticPart
+
+
+def head_sizes(units: Units) -> tuple[str, str]:
+    """Heads of the columns of inertias and stiffnesses."""
+    inertia, stiffness = display("J", "kg.m2", units), display("c", "N.m/rad", units)
+    return f"J, {inertia.unit}", f"c, {stiffness.unit}"
+
+
+def measure(part: Part, units: Units) -> tuple[float, Shown]:
+    """Inertia or stiffness of a part on its own shaft, and how it is shown."""
+    if isinstance(part, InertialPart):
+        return part.J, display("J", "kg.m2", units)
+    return part.c, display("c", "N.m/rad", units)
+
+
+def in_columns(part: Part, texts: Iterable[str]) -> list[str]:
+    """Texts in pairs of columns, the first of an inertia and the second of a shaft."""
+    pairs = ((text, "") if isinstance(part, InertialPart) else ("", text) for text in texts)
+    return [cell for pair in pairs for cell in pair]
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,22 +220,20 @@ class Holzer(RichHtml):
         frequency = frequency_unit()
         head = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz), 9)} "
         head += f"{frequency.unit}, {where}\n"
-        inertia, stiffness = display("J", "kg.m2"), display("c", "N.m/rad")
-        turn, moment = display("phi", "rad"), display("tau", "N.m")
-        rows = []
-        for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
-            own = part.J if isinstance(part, InertialPart) else part.c
-            size = part.referred if self.is_referred else own
-            cells: tuple[str, ...] = ()
-            first = inertia if isinstance(part, InertialPart) else stiffness
-            for to_show, value in ((first, size), (turn, angle), (moment, torque)):
-                text = number(to_show.value(float(value)))
-                cells += (text, "") if isinstance(part, InertialPart) else ("", text)
-            rows.append((part.name, *cells))
-        columns = (
-            *("part", f"J, {inertia.unit}", f"c, {stiffness.unit}"),
-            *(f"angle, {turn.unit}", f"twist, {turn.unit}"),
-            *(f"torque of inertia, {moment.unit}", f"torque in shaft, {moment.unit}"),
-        )
         bound = 10.0 ** np.ceil(np.log10(max(self.residual, 1e-12)))
-        return f"{head}{table(columns, rows)}\nresidual torques below {bound:.0e} of the largest"
+        told = table(*self.list_parts(display("phi", "rad")))
+        return f"{head}{told}\nresidual torques below {bound:.0e} of the largest"
+
+    def list_parts(
+        self, turn: Shown, units: Units = None, digits: int = 6
+    ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Heads and rows of a table of all parts, with angles as `turn` shows them."""
+        moment, rows = display("tau", "N.m", units), []
+        for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
+            own, shown = measure(part, units)
+            size = shown.value(part.referred if self.is_referred else own)
+            texts = (number(x, digits) for x in (size, turn.value(angle), moment.value(torque)))
+            rows.append((part.name, *in_columns(part, texts)))
+        loads = f"torque of inertia, {moment.unit}", f"torque in shaft, {moment.unit}"
+        angles = f"angle, {turn.unit}", f"twist, {turn.unit}"
+        return ("part", *head_sizes(units), *angles, *loads), rows

@@ -13,11 +13,19 @@ from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.arrays import Real
-from lumped.support.display_units import display
+from lumped.support.display_units import Units
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import list_names, number, table
 from lumped.vibration.inertias.drive_parts import DriveParts, drive_parts
-from lumped.vibration.inertias.holzer import ElasticPart, Holzer, InertialPart, Part
+from lumped.vibration.inertias.holzer import (
+    ElasticPart,
+    Holzer,
+    InertialPart,
+    Part,
+    head_sizes,
+    in_columns,
+    measure,
+)
 from lumped.vibration.natural.modes import Modes
 
 _ROUNDING = 1e-9
@@ -150,25 +158,20 @@ class MassElastic(RichHtml):
         return s[kept], angles / scale, U[:, kept] * s[kept] / scale
 
     def __repr__(self) -> str:
-        inertia, stiffness = display("J", "kg.m2"), display("c", "N.m/rad")
-        rows = []
-        for part in self.parts:
-            if isinstance(part, InertialPart):
-                own, referred = (number(inertia.value(x)) for x in (part.J, part.referred))
-                cells = own, "", referred, ""
-            else:
-                own, referred = (number(stiffness.value(x)) for x in (part.c, part.referred))
-                cells = "", own, "", referred
-            rows.append((part.name, number(part.ratio), *cells))
         head = f"{self.name}: {len(self.inertias)} inertias and {len(self.shafts)} stiffnesses, "
         head += f"referred to {self.shaft}"
         if self.left_out:
             head += f"\nleft out: {list_names(self.left_out)}"
-        columns = (
-            *("part", "ratio", f"J, {inertia.unit}", f"c, {stiffness.unit}"),
-            *("J referred", "c referred"),
-        )
-        return f"{head}\n" + table(columns, rows)
+        return f"{head}\n" + table(*self.list_parts())
+
+    def list_parts(self, units: Units = None) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Heads and rows of a table of all parts, on their own shafts and referred to one."""
+        rows = []
+        for part in self.parts:
+            own, shown = measure(part, units)
+            texts = (number(shown.value(size)) for size in (own, part.referred))
+            rows.append((part.name, number(part.ratio), *in_columns(part, texts)))
+        return ("part", "ratio", *head_sizes(units), "J referred", "c referred"), rows
 
 
 @checked

@@ -14,12 +14,11 @@ from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import tornado
-from lumped.points.linearise import sparse_state_matrix
+from lumped.points.linearise import moving
 from lumped.points.moved_equilibrium import find_moved_point, places_to, still_point
 from lumped.points.situation import situation
-from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
-from lumped.support.arrays import Complex, Real
+from lumped.support.arrays import Boolean, Complex, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.ranking import list_largest, rank_by_size
 from lumped.support.rich_html import RichHtml
@@ -80,8 +79,7 @@ class EigenSensitivity(RichHtml):
 
     @property
     def _values(self) -> Real:
-        known = self.modes.point.parameters
-        return np.array([known[name] for name in self.by])
+        return self.modes.point.theta[self.modes.system.places(self.by)]
 
     @checked
     def ranked(self, mode: int) -> list[tuple[str, float]]:
@@ -100,7 +98,8 @@ class EigenSensitivity(RichHtml):
                 "Take `split` for one parameter, or change one a little to part the modes."
             )
         what = f"frequency of mode {mode}"
-        return rank_by_size(what, self.modes.hertz[mode], self.by, self.relative[mode])
+        changes = self.hertz[mode] * self._values
+        return rank_by_size(what, self.modes.hertz[mode], self.by, changes)
 
     @checked
     def split(self, mode: int, parameter: Name) -> Complex:
@@ -242,11 +241,11 @@ def _find_repeated(modes: Modes, values: Complex, vectors: Complex) -> NDArray[n
     return np.flatnonzero(alike | critical)
 
 
-def _compare(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.bool_]:
+def _compare(modes: Modes, values: Complex, vectors: Complex) -> Boolean:
     """Which eigenvalues are the same in the same part of the drive, shape (k, k)."""
     part = modes.parts[np.abs(vectors).argmax(axis=0)]
     close = np.abs(values[:, None] - values[None, :]) <= REPEATED * np.abs(values)[:, None]
-    found: NDArray[np.bool_] = close & (part[:, None] == part[None, :])
+    found: Boolean = close & (part[:, None] == part[None, :])
     return found
 
 
@@ -271,7 +270,7 @@ def derive_split(modes: Modes, together: list[int], place: int) -> Complex:
     system, point = modes.system, modes.point
     own = modes.own_part(modes.vectors[:, together[0]])
     own = own[moving(system, point)[own]]
-    block = scipy.sparse.csc_array(sparse_state_matrix(system, point))[own][:, own].astype(complex)
+    block = scipy.sparse.csc_array(system.state_matrix(point.inputs))[own][:, own].astype(complex)
     value = modes.eigenvalues[together[0]]
     factors = factors_beside(block, value)
     left = np.random.default_rng(3).standard_normal((len(own), len(together))).astype(complex)

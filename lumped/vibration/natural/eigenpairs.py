@@ -17,8 +17,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.eigen import nonzero
 from lumped.numerics.singular_factors import factors_of
 from lumped.numerics.skew_scaling import balance
-from lumped.points.linearise import sparse_state_matrix
-from lumped.points.vibrating_states import moving
+from lumped.points.linearise import moving
 from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import frequency_unit
 from lumped.support.rich_html import RichHtml
@@ -50,7 +49,7 @@ class Eigenpairs(Spectrum, RichHtml):
         """State matrix of which they are, shape (n, n)."""
         if self.mean is not None:
             return self.mean
-        return scipy.sparse.csr_array(sparse_state_matrix(self.system, self.point))
+        return scipy.sparse.csr_array(self.system.state_matrix(self.point.inputs))
 
     def refuse_mean(self, analysis: str) -> None:
         """Refuse an analysis that looks at the operating point.

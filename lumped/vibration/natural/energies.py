@@ -11,7 +11,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
-from lumped.support.ranking import list_largest
+from lumped.support.ranking import list_largest, rank
 from lumped.support.rich_html import RichHtml
 from lumped.vibration.natural.modes import Modes
 
@@ -100,11 +100,11 @@ class ModalEnergies(RichHtml):
             If there is no such mode.
         """
         self.modes.check_mode(mode, "energies")
-        found = []
-        for shares in (self.elastic[mode], self.kinetic[mode]):
-            order = [i for i in np.argsort(-shares, kind="stable").tolist() if shares[i] > 0]
-            found.append([(self.components[i], float(shares[i])) for i in order])
-        return found[0], found[1]
+        elastic, kinetic = (
+            [(name, share) for name, share in rank(self.components, shares[mode]) if share > 0]
+            for shares in (self.elastic, self.kinetic)
+        )
+        return elastic, kinetic
 
     def __repr__(self) -> str:
         rows = []
@@ -235,10 +235,8 @@ class Participation(RichHtml):
             If there is no such mode.
         """
         self.modes.check_mode(mode, "participation")
-        size = np.abs(self.factors[mode])
-        names = self.modes.system.state_names
-        order = np.argsort(-size, kind="stable").tolist()
-        return [(names[i], float(size[i])) for i in order if size[i] > 1e-12]
+        ranked = rank(self.modes.system.state_names, np.abs(self.factors[mode]))
+        return [(name, size) for name, size in ranked if size > 1e-12]
 
     def __repr__(self) -> str:
         rows = [

@@ -9,10 +9,9 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.eigen import eigenpairs
 from lumped.numerics.eigen_near import eigenpairs_near
-from lumped.points.linearise import sparse_state_matrix
+from lumped.points.linearise import finite, moving
 from lumped.points.moved_equilibrium import select_still
 from lumped.points.start import point_or_start
-from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes
@@ -69,7 +68,7 @@ def modes(
     if count is not None and count < 1:
         raise OptionError(f"modes: count = {count} must be at least 1.")
     point = finite(point_or_start("modes", system, at, parameters))
-    matrix = scipy.sparse.csr_array(sparse_state_matrix(point.system, point))
+    matrix = scipy.sparse.csr_array(point.system.state_matrix(point.inputs))
     return modes_of(point, matrix, near, count)
 
 

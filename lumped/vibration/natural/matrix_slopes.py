@@ -123,7 +123,7 @@ class Along:
         v = ca.SX.sym("v", x.numel())
         slope = ca.jacobian(ca.jtimes(outputs, x, v), ca.vertcat(x, theta))
         self._function = ca.Function("along", [*point.system.inputs, v], [slope])
-        self._inputs = point.x, point.theta, point.time, point.settings
+        self._inputs = point.inputs
         self._moved = moved
 
     def __call__(self, vector: Complex) -> Complex:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Changes
 from lumped.numerics.eigen import eigenvalues_of_many, vectors_of_many
 from lumped.points.equilibrium import equilibrium
+from lumped.points.linearise import moving
 from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start import start_point
-from lumped.points.vibrating_states import moving
 from lumped.support.arrays import Complex, Real
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import Kept, OperatingPoint
@@ -33,12 +33,12 @@ _CHUNK = 4_000_000
 def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
     """The equilibrium of other parameters, found as that of a point was."""
     system, kept = point.system, point.kept or Kept()
-    p = system.structure.parameters
+    names = system.structure.parameters.free_names
     return equilibrium(
         system,
         parameters=parameters,
         start=kept.start,
-        free=[p.names[p.free[place]] for place in kept.free],
+        free=[names[place] for place in kept.free],
         rest=kept.rest,
         time=point.time,
     )

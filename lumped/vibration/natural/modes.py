@@ -168,7 +168,7 @@ class Modes(Eigenpairs):
         """Derivatives of nodes by the states, shape (len(nodes), n)."""
         point = self.point
         slopes = _slopes(self.system, tuple(nodes))
-        found = slopes(point.x, point.theta, point.time, point.settings)
+        found = slopes(*point.inputs)
         return scipy.sparse.csr_array(found.sparse())
 
     def _lowest(self, nodes: list[int], speeds_first: bool = True) -> list[int | None]:

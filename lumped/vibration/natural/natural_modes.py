@@ -11,10 +11,9 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.bracketed_roots import find_bracketed_roots
-from lumped.points.linearise import sparse_state_matrix
+from lumped.points.linearise import finite
 from lumped.points.situation import situation
 from lumped.points.start import point_or_start
-from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.support.arrays import Integer, Real
 from lumped.support.ranking import list_largest
@@ -220,7 +219,7 @@ class _Frozen:
         self, point: OperatingPoint
     ) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         """State matrix without damping, and what damping adds to it."""
-        A, P, S = sparse_state_matrix(point.system, point), self._positions, self._speeds
+        A, P, S = point.system.state_matrix(point.inputs), self._positions, self._speeds
         parts = (P @ A @ S + S @ A @ P, S @ A @ S)
         first, second = (scipy.sparse.csr_array(part) for part in parts)
         return first, second

@@ -8,17 +8,16 @@ from typing import Any, Unpack
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Canvas, draw
-from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
-from lumped.support.arrays import Complex, Integer, Real
+from lumped.support.arrays import Boolean, Complex, Integer, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -65,10 +64,10 @@ class RootLocus(Spectrum, RichHtml):
     situations: tuple[str, ...] = ()
 
     @property
-    def unstable(self) -> NDArray[np.bool_]:
+    def unstable(self) -> Boolean:
         """Where some eigenvalue has a positive real part, beyond rounding, shape (k,)."""
         size = np.abs(self.eigenvalues).max(axis=1)
-        found: NDArray[np.bool_] = self.eigenvalues.real.max(axis=1) > 1e-9 * size
+        found: Boolean = self.eigenvalues.real.max(axis=1) > 1e-9 * size
         return found
 
     @checked
@@ -180,7 +179,7 @@ def root_locus(
         else:
             point = start_point(system, parameters={name: value})
         situations[situation(point)] = None
-        matrix = sparse_state_matrix(system, point).toarray()[used][:, used]
+        matrix = system.state_matrix(point.inputs).toarray()[used][:, used]
         if not np.isfinite(matrix).all():
             raise SolverError(
                 f"{system.name}: the linearisation at {name} = {value:g} is not finite."

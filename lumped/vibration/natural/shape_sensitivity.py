@@ -11,9 +11,8 @@ import scipy
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
-from lumped.points.linearise import sparse_state_matrix
+from lumped.points.linearise import moving
 from lumped.points.moved_equilibrium import find_moved_point, still_point
-from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex
 from lumped.support.by_name import find_place
@@ -58,11 +57,11 @@ class ShapeSensitivity(RichHtml):
         return self.derivatives[:, row, column]
 
     def __repr__(self) -> str:
-        theta = self.modes.point.parameters
+        varied = self.modes.point.theta[self.modes.system.places(self.by)]
         names = [f"{of} by {by}" for of in self.of for by in self.by]
         rows = []
         for slopes in self.derivatives[:12]:
-            change = slopes * [theta[name] for name in self.by]
+            change = slopes * varied
             text = "repeated: no derivatives"
             if np.isfinite(change).all():
                 text = list_largest(zip(names, np.abs(change).flat, strict=True), "{} {:.4f}")
@@ -127,11 +126,10 @@ def shape_sensitivity(
         orders.append(row - reference)
     depth = np.array(orders)
     outputs = ca.vertcat(system.rates, system.structure.values.of(rows))
-    inputs = (point.x, point.theta, point.time, point.settings)
-    C = ca.Function("C", system.inputs, [ca.jacobian(outputs, system.inputs[0])])(*inputs)
+    C = ca.Function("C", system.inputs, [ca.jacobian(outputs, system.inputs[0])])(*point.inputs)
     C = scipy.sparse.csr_array(C.sparse())[len(point.x) :]
     along = Along(point, outputs, moved)
-    matrix = scipy.sparse.csc_array(sparse_state_matrix(system, point)).astype(complex)
+    matrix = scipy.sparse.csc_array(system.state_matrix(point.inputs)).astype(complex)
     left, mobile = modes.left_vectors, moving(system, point)
     signs = system.structure.reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
     values = np.zeros((len(modes.eigenvalues), len(wanted), len(places)), dtype=complex)

@@ -134,7 +134,6 @@ def _roots(G: ca.SX) -> list[ca.SX]:
 def _name_symbols(system: System, found: ca.SX) -> ca.SX:
     """With the symbols of the system replaced by named ones."""
     x, theta, time, _ = system.inputs
-    p = system.structure.parameters
-    names = [*system.state_names, *(p.names[i] for i in p.free), "time"]
+    names = [*system.state_names, *system.structure.parameters.free_names, "time"]
     symbols = ca.vertcat(*(ca.SX.sym(name) for name in names))
     return ca.substitute(found, ca.vertcat(x, theta, time), symbols)

@@ -6,16 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.arrays import Real
+from lumped.support.arrays import Boolean, Real
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
-
-Boolean = NDArray[np.bool_]
 
 _REPEATS = 0.02
 """Difference from one turn to the next, over the range, below which a quantity repeats."""

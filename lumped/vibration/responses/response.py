@@ -17,10 +17,9 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.plots.draw import Canvas, draw
 from lumped.points.control_systems import control_response
-from lumped.points.linearise import Matrices, growth, linear_matrices
+from lumped.points.linearise import Matrices, finite, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import point_or_start
-from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
 from lumped.support.by_name import ByName, find_place

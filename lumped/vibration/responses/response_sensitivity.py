@@ -58,8 +58,8 @@ class ResponseSensitivity(RichHtml):
         return size_slopes(self.response[output, input], self[output, input, parameter])
 
     def __repr__(self) -> str:
-        point, known = self.response.point, self.response.point.parameters
-        theta = np.array([known[name] for name in self.by])
+        point = self.response.point
+        theta = point.theta[point.system.places(self.by)]
         rows, frequency = [], frequency_unit()
         for i, output in enumerate(self.response.outputs):
             for j, given in enumerate(self.response.inputs):

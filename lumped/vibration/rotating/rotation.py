@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.support.arrays import Integer, Real
+from lumped.support.arrays import Boolean, Integer, Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -91,7 +91,7 @@ class Rotation:
         return bool(self.turning.any())
 
     @property
-    def idle(self) -> NDArray[np.bool_]:
+    def idle(self) -> Boolean:
         """States on which no rate depends, such as angles that were asked for, shape (n,)."""
         structure = self.system.structure
         return np.isin(structure.states, list(structure.cyclic))

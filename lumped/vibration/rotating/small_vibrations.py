@@ -62,7 +62,7 @@ def amplitude_laws(system: System) -> AmplitudeLaws:
     places = list(known)
     used = ca.which_depends(system.rates, system.inputs[1][places], 1, False)
     chosen = [place for place, is_used in zip(places, used, strict=True) if is_used]
-    names = [parameters.names[parameters.free[place]] for place in chosen]
+    names = [parameters.free_names[place] for place in chosen]
     return AmplitudeLaws(chosen, tuple(names), tuple(known[place] for place in chosen))
 
 

@@ -99,10 +99,7 @@ class MarineShaft:
                 "the rule holds above 0 and up to 1.05."
             )
         bracket = np.where(x < 0.9, 3 - 2 * x**2, 1.38)
-        found: Real = (
-            1e6 * (self.tensile / 1e6 + 160) / 18 * self.form_factor * self.size_factor * bracket
-        )
-        return found
+        return 1e6 * (self.tensile / 1e6 + 160) / 18 * self.form_factor * self.size_factor * bracket
 
     def transient(self, speeds: ArrayLike) -> Real:
         """Permitted stress amplitude where a barred range is passed quickly, Pa."""

@@ -118,5 +118,4 @@ def _apart(wanted: Sequence[float], gaps: Sequence[float]) -> np.ndarray:
     level = np.asarray(wanted) - offset
     if len(level):
         level = scipy.optimize.isotonic_regression(level).x
-    found: np.ndarray = np.clip(level, 0.0, max(1.0 - width.sum(), 0.0)) + offset
-    return found
+    return np.clip(level, 0.0, max(1.0 - width.sum(), 0.0)) + offset

@@ -11,7 +11,7 @@ import scipy
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
-from lumped.points.vibrating_states import finite
+from lumped.points.linearise import finite
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
 from lumped.timeloop.results.operating_point import OperatingPoint

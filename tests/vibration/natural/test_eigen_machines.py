@@ -12,7 +12,7 @@ from lumped.models.eccentric_shear import scenes as shear
 from lumped.models.pilger_mill import drive as pilger
 from lumped.models.reversing_mill.stand import CreepingGap
 from lumped.models.rotary_arm import control as arm
-from lumped.points.vibrating_states import moving
+from lumped.points.linearise import moving
 
 
 def rolling():
