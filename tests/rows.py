@@ -1,6 +1,7 @@
 """Models of one part, and of parts in rows."""
 
 import itertools
+import operator
 
 import lumped as lp
 
@@ -8,18 +9,20 @@ import lumped as lp
 def in_rows(*rows, **parts):
     """A model of these parts, of which those named in each row are joined one to the next.
 
-    Of lists of parts, ``shaft/wheel``, one of each follows the other.
+    Of lists of parts, ``shaft/wheel``, one of each follows the other. A row of ports and signals,
+    ``sensor.w control.measured``, joins them all.
     """
 
     def named(m, word):
         if "/" not in word:
-            return [getattr(m, word)]
+            return [operator.attrgetter(word)(m)]
         lists = (getattr(m, name) for name in word.split("/"))
         return itertools.chain(*zip(*lists, strict=True))
 
     def connect(m):
         for row in rows:
-            yield from lp.chain(*(part for word in row.split() for part in named(m, word)))
+            found = [part for word in row.split() for part in named(m, word)]
+            yield from lp.chain(*found) if "." not in row else [lp.connect(*found)]
 
     return lp.compose(**parts, connections=connect)
 

@@ -1,9 +1,19 @@
 import numpy as np
 import pytest
 import scipy
+from rows import assemble_row, assemble_rows
 
 import lumped as lp
-from lumped.components import AirGap, GearMesh, Inertia, LinearTorque, Propeller, Speed, Torque
+from lumped.components import (
+    AirGap,
+    GearMesh,
+    Inertia,
+    LinearTorque,
+    Propeller,
+    Speed,
+    SpringDamper,
+    Torque,
+)
 from lumped.errors import LumpedError
 
 J_A, J_B, C, D, R_A, R_B, Z = 0.01, 0.05, 1e7, 300.0, 0.05, 0.1, 20
@@ -12,18 +22,12 @@ MASS = 1 / (R_A**2 / J_A + R_B**2 / J_B)
 
 def gears(**fields):
     """Two gears with torques at both."""
-    return lp.assemble(
-        lp.compose(
-            mesh=GearMesh(r_a=R_A, r_b=R_B, z=Z, c=C, **fields),
-            a=Inertia(J=J_A),
-            b=Inertia(J=J_B),
-            drive=Torque(tau=0.0),
-            load=Torque(tau=0.0),
-            connections=lambda m: [
-                lp.connect(m.a.flange_b, m.mesh.flange_a, m.drive.flange),
-                lp.connect(m.b.flange_a, m.mesh.flange_b, m.load.flange),
-            ],
-        )
+    return assemble_row(
+        drive=Torque(tau=0.0),
+        a=Inertia(J=J_A),
+        mesh=GearMesh(r_a=R_A, r_b=R_B, z=Z, c=C, **fields),
+        b=Inertia(J=J_B),
+        load=Torque(tau=0.0),
     )
 
 
@@ -49,18 +53,11 @@ def driven(share, damping):
     """Gear b at a gear that turns at a constant speed, twice its natural frequency."""
     w_0 = np.sqrt(C * R_B**2 / J_B)
     speed = 2 * w_0 / Z
-    system = lp.assemble(
-        lp.compose(
-            drive=Speed(w=speed),
-            mesh=GearMesh(
-                r_a=R_A, r_b=R_B, z=Z, c=C, d=2 * damping * C / w_0, stiffness=((1, share, 0.4),)
-            ),
-            b=Inertia(J=J_B),
-            connections=lambda m: [
-                lp.connect(m.drive.flange, m.mesh.flange_a),
-                lp.connect(m.b.flange_a, m.mesh.flange_b),
-            ],
-        )
+    mesh = {"d": 2 * damping * C / w_0, "stiffness": ((1, share, 0.4),)}
+    system = assemble_row(
+        drive=Speed(w=speed),
+        mesh=GearMesh(r_a=R_A, r_b=R_B, z=Z, c=C, **mesh),
+        b=Inertia(J=J_B),
     )
     period = 2 * np.pi / (Z * speed)
     orbit = lp.periodic(
@@ -117,19 +114,13 @@ def test_slips_of_a_mesh_are_named(fields, match):
 
 
 def propeller(blades):
-    return lp.assemble(
-        lp.compose(
-            propeller=Propeller(tau_nominal=4000.0, w_nominal=10.0, blades=blades, phase=0.2),
-            shaft=lp.components.SpringDamper(c=4e5, d=100.0),
-            water=Inertia(J=600.0),
-            engine=Inertia(J=900.0),
-            drive=Torque(tau=0.0),
-            connections=lambda m: [
-                *lp.chain(m.engine, m.shaft, m.water),
-                lp.connect(m.drive.flange, m.engine.flange_a),
-                lp.connect(m.propeller.flange, m.water.flange_b),
-            ],
-        )
+    return assemble_rows(
+        "drive engine shaft water propeller",
+        water=Inertia(J=600.0),
+        propeller=Propeller(tau_nominal=4000.0, w_nominal=10.0, blades=blades, phase=0.2),
+        shaft=SpringDamper(c=4e5, d=100.0),
+        engine=Inertia(J=900.0),
+        drive=Torque(tau=0.0),
     )
 
 
@@ -169,16 +160,10 @@ def test_a_propeller_brakes_in_both_directions():
 
 def test_an_air_gap_swings_at_the_frequency_of_its_stiffness():
     p, tau_max, J, tau = 2, 9000.0, 30.0, 5000.0
-    system = lp.assemble(
-        lp.compose(
-            gap=AirGap(tau_max=tau_max, p=p, d=40.0, w_s=157.08),
-            rotor=Inertia(J=J, w=157.08),
-            turbine=Torque(tau=tau),
-            connections=lambda m: [
-                lp.connect(m.rotor.flange_a, m.gap.flange),
-                lp.connect(m.turbine.flange, m.rotor.flange_b),
-            ],
-        )
+    system = assemble_row(
+        gap=AirGap(tau_max=tau_max, p=p, d=40.0, w_s=157.08),
+        rotor=Inertia(J=J, w=157.08),
+        turbine=Torque(tau=tau),
     )
     theta = np.arcsin(tau / tau_max) / p
     modes = lp.modes(system, at=lp.start_point(system, start={"gap.theta": float(theta)}))
@@ -194,17 +179,11 @@ def test_an_air_gap_swings_at_the_frequency_of_its_stiffness():
 
 def test_an_air_gap_lets_orders_be_computed_at_the_speed_of_its_field():
     speeds = np.linspace(100.0, 160.0, 7)
-    system = lp.assemble(
-        lp.compose(
-            gap=AirGap(tau_max=9000.0, p=2, d=40.0, w_s=157.08),
-            rotor=Inertia(J=30.0),
-            damper=LinearTorque(tau_nominal=-5000.0, w_nominal=150.0),
-            turbine=Torque(tau=0.0),
-            connections=lambda m: [
-                lp.connect(m.rotor.flange_a, m.gap.flange, m.damper.flange),
-                lp.connect(m.turbine.flange, m.rotor.flange_b),
-            ],
-        )
+    system = assemble_row(
+        gap=AirGap(tau_max=9000.0, p=2, d=40.0, w_s=157.08),
+        damper=LinearTorque(tau_nominal=-5000.0, w_nominal=150.0),
+        rotor=Inertia(J=30.0),
+        turbine=Torque(tau=0.0),
     )
 
     def at(w):

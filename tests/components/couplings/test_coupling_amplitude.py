@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from rows import assemble_row, assemble_rows, in_a_row
 
 import lumped as lp
 from lumped.components import Damper, ElasticCoupling, Fixed, Inertia, QuadraticTorque, Torque
@@ -25,27 +26,25 @@ def law(amplitude, number=0):
 def drive(gas=0.0, **given):
     """Two inertias and a coupling between torques."""
     values = {"stiffness": ((0, C[0]),), "psi": PSI[0], "w_loss": 90.0, "extrapolate": True}
-    return lp.compose(
+    return in_a_row(
+        gas=Torque(tau=gas),
         engine=Inertia(J=J[0]),
         coupling=ElasticCoupling(**{**values, "over_amplitude": ROWS, **given}),
         load=Inertia(J=J[1]),
-        gas=Torque(tau=gas),
         brake=Torque(tau=0.0),
-        connections=lambda m: lp.chain(m.gas, m.engine, m.coupling, m.load, m.brake),
     )
 
 
 def row():
     """Three inertias with two couplings that each have an amplitude of their own."""
     shape = {"w_loss": 90.0, "extrapolate": True, "over_amplitude": ROWS}
-    return lp.compose(
+    return in_a_row(
+        gas=Torque(tau=0.0),
         a=Inertia(J=J[0]),
         first=ElasticCoupling(stiffness=((0, C[0]),), psi=PSI[0], **shape),
         b=Inertia(J=J[1]),
         second=ElasticCoupling(stiffness=((0, C[1]),), psi=PSI[1], **shape),
         c=Inertia(J=J[2]),
-        gas=Torque(tau=0.0),
-        connections=lambda m: lp.chain(m.gas, m.a, m.first, m.b, m.second, m.c),
     )
 
 
@@ -141,17 +140,8 @@ def test_a_run_at_the_amplitude_found_vibrates_as_the_response():
     w = 80.0
 
     def held(push):
-        return lp.assemble(
-            lp.compose(
-                wall=Fixed(),
-                damper=Damper(d=3.0),
-                **{name: getattr(drive(w_loss=w), name) for name in ("engine", "coupling", "load")},
-                gas=Torque(tau=push),
-                connections=lambda m: lp.chain(
-                    m.gas, m.engine, m.coupling, m.load, m.damper, m.wall
-                ),
-            )
-        )
+        parts = {n: getattr(drive(w_loss=w), n) for n in ("engine", "coupling", "load")}
+        return assemble_row(gas=Torque(tau=push), **parts, damper=Damper(d=3.0), wall=Fixed())
 
     response = lp.vibration.order_response(
         held(0.0), speeds=[w], of=["coupling.phi_rel"], excitations={"gas.tau": {1: 150.0}}
@@ -185,7 +175,8 @@ def test_derivatives_of_a_response_equal_differences(measure):
     warm = ((293.0, 1.0, 1.0), (353.0, 0.7, 0.6))
     fan = QuadraticTorque(tau_nominal=1500.0, w_nominal=60.0)
     rows = ((0, 60e3), (3000, 225e3))
-    model = lp.compose(
+    system = assemble_rows(
+        "fan gas engine coupling load brake",
         **{n: getattr(drive(), n) for n in ("engine", "load", "gas", "brake")},
         coupling=ElasticCoupling(
             stiffness=rows,
@@ -196,12 +187,7 @@ def test_derivatives_of_a_response_equal_differences(measure):
             T=313.0,
         ),
         fan=fan,
-        connections=lambda m: [
-            *lp.chain(m.gas, m.engine, m.coupling, m.load, m.brake),
-            lp.connect(m.engine.flange_a, m.fan.flange),
-        ],
     )
-    system = lp.assemble(model)
     options = {
         "speeds": [50.0, 58.0],
         "of": ["coupling.phi_rel"],

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from rows import assemble_row
 from torsional_cases import columns
 
 import lumped as lp
@@ -17,18 +18,13 @@ from lumped.errors import OptionError, ParameterError
 
 def drive(damper, torque=0.0):
     """An inertia of 1 on a spring of 1 to the ground, with a damper."""
-    model = lp.compose(
-        main=Inertia(J=1.0),
+    return assemble_row(
+        torque=Torque(tau=torque),
         damper=damper,
+        main=Inertia(J=1.0),
         spring=Spring(c=1.0),
         ground=Fixed(),
-        torque=Torque(tau=torque),
-        connections=lambda m: [
-            *lp.chain(m.torque, m.main, m.spring, m.ground),
-            lp.connect(m.main.flange_a, m.damper.flange),
-        ],
     )
-    return lp.assemble(model)
 
 
 def shaken(damper, g, order=1):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from rows import assemble_rows, in_a_row
 from scipy.interpolate import RegularGridInterpolator
 
 import lumped as lp
@@ -137,18 +137,14 @@ class TestMappedMotor:
 @pytest.mark.parametrize(("v", "w"), [(100.0, 120.0), (-100.0, 120.0), (80.0, -5.0), (60.0, 0.0)])
 def test_a_quasi_static_series_motor_has_the_current_of_ohms_law(v, w):
     k, R = 0.00637, 0.06
-    model = lp.compose(
+    system = assemble_rows(
+        *("source.p motor.p", "source.n motor.n ground.pin", "motor turn"),
         source=VoltageSource(v=v),
         ground=Ground(),
         motor=QuasiStaticSeriesDCMotor(k=k, R=R, J=J),
         turn=Speed(w=w),
-        connections=lambda m: [
-            lp.connect(m.source.p, m.motor.p),
-            lp.connect(m.source.n, m.motor.n, m.ground.pin),
-            lp.connect(m.motor.flange, m.turn.flange),
-        ],
     )
-    at = lp.start_point(lp.assemble(model))
+    at = lp.start_point(system)
     i = v / (R + k * w)
     assert [at["motor.i"], at["motor.tau"]] == pytest.approx([i, k * i**2], rel=1e-12)
 
@@ -156,16 +152,13 @@ def test_a_quasi_static_series_motor_has_the_current_of_ohms_law(v, w):
 def test_a_quasi_static_shunt_motor_runs_up_exponentially():
     """With a constant field its speed has the mechanical time constant ``J R / (k i_f)^2``."""
     v, k, R, R_f = 100.0, 0.382, 0.4, 60.0
-    model = lp.compose(
+    system = assemble_rows(
+        "source.p motor.p motor.field_p",
+        "source.n motor.n motor.field_n ground.pin",
         source=VoltageSource(v=v),
         ground=Ground(),
         motor=QuasiStaticExcitedDCMotor(k=k, R=R, R_f=R_f, J=J, w=0.0),
-        connections=lambda m: [
-            lp.connect(m.source.p, m.motor.p, m.motor.field_p),
-            lp.connect(m.source.n, m.motor.n, m.motor.field_n, m.ground.pin),
-        ],
     )
-    system = lp.assemble(model)
     run = lp.simulate(system, until=2.0, rtol=1e-10)
     flux = k * v / R_f
     expected = v / flux * (1 - np.exp(-run.t * flux**2 / (J * R)))

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row
+from checks import worst
+from rows import assemble_rows, in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -42,10 +43,6 @@ def revolve(parts, w=1.0, degrees=DEGREES, **more):
     system = turning(parts, w, angles[0], **more)
     times = (angles - angles[0]) / w
     return lp.simulate(system, until=times[-1], grid=times)
-
-
-def worst(received, expected):
-    return np.abs(received - expected).max() / np.abs(expected).max()
 
 
 class TestKinematics:
@@ -271,19 +268,13 @@ class TestRotatingMass:
 
 def test_peaks_under_a_stroke_load_have_derivatives_by_all_parameters():
     """Outside of the stroke the load is zero to a power that is a parameter."""
-    system = lp.assemble(
-        lp.compose(
-            wheel=Inertia(J=5.0, w=12.0),
-            shaft=SpringDamper(c=2e4, d=5.0),
-            disc=Inertia(J=1.0),
-            crank=CrankSlider(r=0.05, L=0.4, m=10.0),
-            stone=StrokeLoad(forward=3e3, backward=10.0, s_0=0.36, s_1=0.45, p=1.0, q=1.5),
-            connections=lambda m: [
-                *lp.chain(m.wheel, m.shaft, m.disc),
-                lp.connect(m.disc.flange_b, m.crank.flange),
-                lp.connect(m.crank.slider, m.stone.flange),
-            ],
-        )
+    system = assemble_rows(
+        *("wheel shaft disc crank", "crank.slider stone.flange"),
+        wheel=Inertia(J=5.0, w=12.0),
+        shaft=SpringDamper(c=2e4, d=5.0),
+        disc=Inertia(J=1.0),
+        crank=CrankSlider(r=0.05, L=0.4, m=10.0),
+        stone=StrokeLoad(forward=3e3, backward=10.0, s_0=0.36, s_1=0.45, p=1.0, q=1.5),
     )
     to = ["wheel.J", "stone.forward", "stone.p"]
     of = lp.functionals.final("shaft.tau")

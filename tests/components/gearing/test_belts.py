@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_rows, in_rows
 from scipy.spatial import ConvexHull
 
 import lumped as lp
@@ -20,32 +21,16 @@ def stiffness(crossed=False):
 
 def drive(belt, **parts):
     """Two bodies joined by a belt."""
-    return lp.compose(
-        motor=Inertia(J=0.02),
-        belt=belt,
-        wheel=Inertia(J=0.5),
-        **parts,
-        connections=lambda m: (
-            *lp.chain(m.motor, m.belt, m.wheel),
-            *(lp.connect(m.torque.flange, m.motor.flange_a) for _ in range("torque" in parts)),
-            *(lp.connect(m.load.flange, m.wheel.flange_b) for _ in range("load" in parts)),
-        ),
-    )
+    loads = [f"{name} {body}" for name, body in (("torque", "motor"), ("load", "wheel"))]
+    joined = [row for row in loads if row.split()[0] in parts]
+    bodies = {"motor": Inertia(J=0.02), "belt": belt, "wheel": Inertia(J=0.5)}
+    return in_rows("motor belt wheel", *joined, **bodies, **parts)
 
 
 def twisted(belt, angle):
     """Pulley b held, pulley a turned to an angle that may depend on the time."""
-    model = lp.compose(
-        turn=Position(phi=angle),
-        belt=belt,
-        wall=Fixed(),
-        base=Fixed(),
-        connections=lambda m: (
-            *lp.chain(m.turn, m.belt, m.wall),
-            lp.connect(m.belt.support, m.base.flange),
-        ),
-    )
-    return lp.assemble(model)
+    rows = ("turn belt wall", "belt.support base.flange")
+    return assemble_rows(*rows, turn=Position(phi=angle), belt=belt, wall=Fixed(), base=Fixed())
 
 
 class TestLinear:
