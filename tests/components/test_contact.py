@@ -83,17 +83,11 @@ def test_the_torque_jumps_where_the_flanks_meet_only_if_the_damping_is_not_limit
 
 def test_a_loaded_play_rests_at_the_twist_of_its_spring():
     torque, middle = 12.0, 0.3
-    system = lp.assemble(
-        lp.compose(
-            wall=Fixed(),
-            play=ElastoBacklash(c=C, d=400.0, b=PLAY, phi_rel0=middle),
-            disc=Inertia(J=J, phi=middle, w=0.0),
-            drive=Torque(tau=torque),
-            connections=lambda m: [
-                *lp.chain(m.wall, m.play, m.disc),
-                lp.connect(m.disc.flange_b, m.drive.flange),
-            ],
-        )
+    system = assemble_row(
+        wall=Fixed(),
+        play=ElastoBacklash(c=C, d=400.0, b=PLAY, phi_rel0=middle),
+        disc=Inertia(J=J, phi=middle, w=0.0),
+        drive=Torque(tau=torque),
     )
     run = lp.simulate(system, until=20.0, rtol=1e-9)
     received = run["play.phi_rel"][-1]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import Speed, Tyre, Vehicle, translation
@@ -19,15 +20,8 @@ def force(k):
 
 def rolling(w, v, **given):
     """A tyre whose wheel and hub move as they are told."""
-    return lp.compose(
-        turn=Speed(w=w),
-        tyre=Tyre(**TYRE, **given),
-        slide=translation.Speed(v=v),
-        connections=lambda m: [
-            lp.connect(m.turn.flange, m.tyre.wheel),
-            lp.connect(m.tyre.hub, m.slide.flange),
-        ],
-    )
+    parts = {"turn": Speed(w=w), "tyre": Tyre(**TYRE, **given), "slide": translation.Speed(v=v)}
+    return in_rows("turn.flange tyre.wheel", "tyre.hub slide.flange", **parts)
 
 
 @pytest.mark.parametrize(
@@ -65,15 +59,12 @@ def test_large_slip_builds_up_the_force_over_a_shorter_way():
 
 def parked(m, slope, **given):
     """A body on a slope, held by a tyre whose wheel does not turn."""
-    return lp.compose(
+    return in_rows(
+        *("shaft.flange tyre.wheel", "tyre.hub car.flange_a downhill.flange"),
         shaft=Speed(w=0.0),
         tyre=Tyre(**TYRE, **given),
         car=translation.Mass(m=m, v=0.0),
         downhill=translation.Force(f=-m * G * slope),
-        connections=lambda x: [
-            lp.connect(x.shaft.flange, x.tyre.wheel),
-            lp.connect(x.tyre.hub, x.car.flange_a, x.downhill.flange),
-        ],
     )
 
 
