@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.linalg
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import (
@@ -51,21 +52,16 @@ class Ravigneaux(lp.Component):
 
 def geared(gears, drive, held, load, tau=-7.0):
     """Point of a set: `drive` turned at 1 rad/s, `held` fixed, `load` with a torque."""
-
-    def connections(m):
-        yield lp.connect(m.drive.flange, getattr(m.set, drive))
-        yield lp.connect(m.held.flange, getattr(m.set, held))
-        yield lp.connect(m.load.flange, m.body.flange_a, getattr(m.set, load))
-
-    model = lp.compose(
+    system = assemble_rows(
+        *(f"drive.flange set.{drive}", f"held.flange set.{held}", f"body.flange_a set.{load}"),
+        "load body",
         drive=Speed(w=1.0),
         held=Fixed(),
         body=Inertia(J=1.0),
         load=Torque(tau=tau),
         set=gears,
-        connections=connections,
     )
-    return lp.start_point(lp.assemble(model))
+    return lp.start_point(system)
 
 
 RAVIGNEAUX = {
@@ -129,23 +125,19 @@ class Set(lp.Component):
 def test_losses_in_the_meshes_give_the_efficiency_of_a_planetary_set(sun, carrier):
     """Sun 24, planet 18, ring 60 held; (1 + k eta) / (1 + k), back (1 + k) / (1 + k / eta)."""
     k, eta = 60 / 24, 0.9 * 0.95
-    model = lp.compose(
-        set=Set(
-            inner=EfficientGear(ratio=-18 / 24, eta=0.9),
-            outer=EfficientGear(ratio=60 / 18, eta=0.95),
-        ),
+    inner = EfficientGear(ratio=-18 / 24, eta=0.9)
+    outer = EfficientGear(ratio=60 / 18, eta=0.95)
+    system = assemble_rows(
+        *("sun_torque sun", "sun.flange_a set.sun", "held.flange set.ring"),
+        *("carrier_torque carrier", "carrier.flange_a set.carrier"),
+        set=Set(inner=inner, outer=outer),
         sun=Inertia(J=1.0, w=100.0),
         carrier=Inertia(J=10.0),
         held=Fixed(),
         sun_torque=Torque(tau=sun),
         carrier_torque=Torque(tau=carrier),
-        connections=lambda m: (
-            lp.connect(m.sun_torque.flange, m.sun.flange_a, m.set.sun),
-            lp.connect(m.carrier_torque.flange, m.carrier.flange_a, m.set.carrier),
-            lp.connect(m.held.flange, m.set.ring),
-        ),
     )
-    point = lp.start_point(lp.assemble(model))
+    point = lp.start_point(system)
     at_sun = point["set.inner.flange_a.tau"] * point["sun.w"]
     at_carrier = point["set.carrier.tau"] * point["carrier.w"]
     assert abs(point["sun.w"] / point["carrier.w"] - (1 + k)) < 1e-12
