@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from checks import refused
 from rows import assemble_row, assemble_rows
 from scipy.integrate import solve_ivp
 
@@ -167,6 +168,4 @@ def test_a_passage_follows_the_integral_of_duhamel(zeta, rate):
     ],
 )
 def test_torques_that_make_no_sense_are_refused(rows, text):
-    with pytest.raises(EquationError) as found:
-        lp.assemble(lp.compose(motor=motor(torques=rows)))
-    assert text in str(found.value)
+    refused(EquationError, lambda: lp.assemble(lp.compose(motor=motor(torques=rows))), text)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from checks import refused
 from rows import assemble_rows, in_rows
 from scipy.spatial import ConvexHull
 
@@ -138,11 +139,9 @@ class TestForces:
 
 class TestWrong:
     def test_pulleys_that_overlap(self):
-        with pytest.raises(ParameterError) as caught:
-            lp.assemble(drive(Belt(**(BELT | {"distance": 0.3}))))
-        assert (
-            "belt.distance = 0.3 m (distance of the axes) must be greater than r_a + r_b = 0.35 m"
-        ) in str(caught.value)
+        text = "belt.distance = 0.3 m (distance of the axes) must be greater than r_a + r_b = 0.35"
+        close = drive(Belt(**(BELT | {"distance": 0.3})))
+        refused(ParameterError, lambda: lp.assemble(close), text)
 
     def test_radius_that_grows_until_pulleys_overlap(self):
         system = lp.assemble(drive(Belt(**BELT)))
