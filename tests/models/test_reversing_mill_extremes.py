@@ -6,6 +6,7 @@ Everything written by hand here is in the source's units, kgf, m and s.
 import numpy as np
 import pytest
 from mill_by_hand import C1, C2, CLOSED, J1, J3, JR, data, hertz, relative
+from rows import in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -125,12 +126,7 @@ def chain_of(n: int, J: float) -> lp.Component:
     springs = [Spring(c=n * mill.C_SPINDLE) for _ in range(n)]
     ends = (Inertia(J=JR * KGF + J / n / 2), Inertia(J=(J1 + J3) * KGF + J / n / 2))
     links = [part for pair in zip(springs, [*inside, None], strict=True) for part in pair if part]
-    return lp.compose(
-        rolls=ends[0],
-        links=links,
-        drive=ends[1],
-        connections=lambda m: lp.chain(m.rolls, *m.links, m.drive),
-    )
+    return in_a_row(rolls=ends[0], links=links, drive=ends[1])
 
 
 class TestPrintedGap:
