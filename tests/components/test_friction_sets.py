@@ -33,18 +33,15 @@ def braked(limits):
 def clutched(limits):
     """The same for clutches between the driven shaft and the ground."""
     clutches = [Clutch(characteristic=((0, 1),), f_max=limit, u=1.0) for limit in limits]
-
-    def connections(m):
-        yield lp.connect(m.drive.flange, m.body.flange_a)
-        yield lp.connect(m.body.flange_b, *(c.flange_b for c in m.brake))
-        yield lp.connect(m.ground.flange, *(c.flange_a for c in m.brake))
-
     return lp.compose(
         drive=Torque(tau=RATE * lp.time),
         body=Inertia(J=1.5),
         brake=clutches,
         ground=Fixed(),
-        connections=connections,
+        connections=lambda m: [
+            *lp.chain(m.drive, m.body),
+            *(c for clutch in m.brake for c in lp.chain(m.ground, clutch, m.body.flange_b)),
+        ],
     )
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_rows, in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_rows
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -91,22 +91,17 @@ class TestCoil:
 
 
 class TestStrip:
-    def model(self, v=0.0, **given):
-        return in_a_row(
-            line=translation.Speed(v=v),
-            strip=Strip(**({"c": 4e5} | given)),
-            body=translation.Mass(m=100.0),
-        )
+    def system(self, **given):
+        strip, body = Strip(c=4e5, **given), translation.Mass(m=100.0)
+        return assemble_row(line=translation.Speed(v=0.0), strip=strip, body=body)
 
     def test_it_swings_with_the_frequency_of_mass_and_spring(self):
-        system = lp.assemble(self.model())
-        run = lp.simulate(system, until=0.02, start={"strip.s_rel": 0.01}, rtol=1e-11)
+        run = lp.simulate(self.system(), until=0.02, start={"strip.s_rel": 0.01}, rtol=1e-11)
         expected = 0.01 * np.cos(np.sqrt(4e5 / 100.0) * run.t)
         assert run["strip.s_rel"] == pytest.approx(expected, abs=1e-11)
 
     def test_it_loses_its_tension_and_never_pushes(self):
-        system = lp.assemble(self.model(d=500.0))
-        run = lp.simulate(system, until=0.2, start={"strip.s_rel": 0.01}, rtol=1e-10)
+        run = lp.simulate(self.system(d=500.0), until=0.2, start={"strip.s_rel": 0.01}, rtol=1e-10)
         released, lost = (e.time for e in run.events if e.component == "strip")
         delta = 500.0 / 200.0
         w = np.sqrt(4e5 / 100.0 - delta**2)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from checks import refused
-from rows import assemble_rows, in_rows
+from rows import assemble_rows, in_a_row
 from scipy.spatial import ConvexHull
 
 import lumped as lp
@@ -20,12 +20,15 @@ def stiffness(crossed=False):
     return EA / np.sqrt(D**2 - offset**2)
 
 
-def drive(belt, **parts):
+def drive(belt, torque=0.0, load=0.0):
     """Two bodies joined by a belt."""
-    loads = [f"{name} {body}" for name, body in (("torque", "motor"), ("load", "wheel"))]
-    joined = [row for row in loads if row.split()[0] in parts]
-    bodies = {"motor": Inertia(J=0.02), "belt": belt, "wheel": Inertia(J=0.5)}
-    return in_rows("motor belt wheel", *joined, **bodies, **parts)
+    return in_a_row(
+        torque=Torque(tau=torque),
+        motor=Inertia(J=0.02),
+        belt=belt,
+        wheel=Inertia(J=0.5),
+        load=Torque(tau=load),
+    )
 
 
 def twisted(belt, angle):
@@ -59,9 +62,8 @@ class TestLinear:
     @pytest.mark.parametrize(("crossed", "ratio"), [(False, R_B / R_A), (True, -R_B / R_A)])
     def test_stiff_belt_is_an_ideal_gear(self, crossed, ratio):
         tight = Belt(**(BELT | {"EA": 1e13, "F_0": 1e6}), d=1e4, crossed=crossed)
-        loads = {"torque": Torque(tau=2.0), "load": Torque(tau=-1.0)}
         soft, rigid = (
-            lp.simulate(lp.assemble(drive(part, **loads)), until=2.0)
+            lp.simulate(lp.assemble(drive(part, torque=2.0, load=-1.0)), until=2.0)
             for part in (tight, IdealGear(ratio=ratio))
         )
         assert abs(soft["motor.w"][-1] / rigid["motor.w"][-1] - 1) < 1e-5
@@ -89,7 +91,7 @@ class TestSlack:
 
     def test_chain_without_pretension_pulls_with_one_strand(self):
         chain = Belt(**(BELT | {"F_0": 0.0}))
-        model = drive(chain, torque=Torque(tau=3.0), load=Torque(tau=0.0))
+        model = drive(chain, torque=3.0)
         run = lp.simulate(lp.assemble(model), until=0.05, rtol=1e-9)
         inverse = R_A**2 / 0.02 + R_B**2 / 0.5
         w = np.sqrt(stiffness() * inverse)

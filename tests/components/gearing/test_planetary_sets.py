@@ -43,11 +43,8 @@ class Ravigneaux(lp.Component):
     def connections(self):
         meshes = (self.inner, self.middle, self.large, self.outer)
         yield lp.connect(self.carrier, *(mesh.support for mesh in meshes))
-        yield lp.connect(self.s_1, self.inner.flange_a)
-        yield lp.connect(self.inner.flange_b, self.middle.flange_a)
-        yield lp.connect(self.s_2, self.large.flange_a)
-        yield lp.connect(self.middle.flange_b, self.large.flange_b, self.outer.flange_a)
-        yield lp.connect(self.outer.flange_b, self.ring)
+        yield from lp.chain(self.s_1, self.inner, self.middle, self.outer, self.ring)
+        yield from lp.chain(self.s_2, self.large, self.outer.flange_a)
 
 
 def geared(gears, drive, held, load, tau=-7.0):
@@ -114,11 +111,8 @@ class Set(lp.Component):
     outer: lp.Component = IdealGear(ratio=3.0)
 
     def connections(self):
-        inner, outer = self.inner, self.outer
-        yield lp.connect(self.carrier, inner.support, outer.support)
-        yield lp.connect(self.sun, inner.flange_a)
-        yield lp.connect(inner.flange_b, outer.flange_a)
-        yield lp.connect(self.outer.flange_b, self.ring)
+        yield lp.connect(self.carrier, self.inner.support, self.outer.support)
+        yield from lp.chain(self.sun, self.inner, self.outer, self.ring)
 
 
 @pytest.mark.parametrize(("sun", "carrier"), [(20.0, -10.0), (-10.0, 120.0)])
