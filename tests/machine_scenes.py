@@ -28,6 +28,11 @@ class _AskedError(Exception):
 @cache
 def asked(name):
     """The system of a scene, with the options of the run that is not made."""
+    return asked_by(SCENES[name])
+
+
+def asked_by(scene):
+    """The system of a scene given as a function, with the options of the run that is not made."""
     found = []
 
     def noted(system, **options):
@@ -36,7 +41,7 @@ def asked(name):
 
     try:
         with patch.object(lp, "simulate", noted):
-            SCENES[name]()
+            scene()
     except _AskedError:
         pass
     ((system, options),) = found

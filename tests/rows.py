@@ -14,9 +14,8 @@ def in_rows(*rows, **parts):
     """
 
     def named(m, word):
-        if "/" not in word:
-            return [operator.attrgetter(word)(m)]
-        lists = (getattr(m, name) for name in word.split("/"))
+        found = (operator.attrgetter(name)(m) for name in word.split("/"))
+        lists = (part if isinstance(part, list | tuple) else [part] for part in found)
         return itertools.chain(*zip(*lists, strict=True))
 
     def connect(m):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_row, in_turn
 from test_impact_shafts import at
 
 import lumped as lp
@@ -56,22 +56,10 @@ def test_a_closed_coupling_carries_torque_and_lets_go_at_the_command():
 def test_couplings_in_a_chain_close_one_after_another_and_together():
     J, w = np.array([1.0, 2.0, 0.5, 4.0, 3.0]), np.array([10.0, -3.0, 25.0, 1.0, 0.0])
     closing = [0.1, 0.3, 0.1, 0.2]
-
-    def connections(model):
-        row = [model.discs[0]]
-        for i, coupling in enumerate(model.couplings):
-            row += [coupling, model.discs[i + 1]]
-        return lp.chain(*row)
-
-    system = lp.assemble(
-        lp.compose(
-            discs=[Inertia(J=j, w=v) for j, v in zip(J, w, strict=True)],
-            couplings=[Coupling(u=at(t)) for t in closing],
-            connections=connections,
-        )
-    )
+    discs = [Inertia(J=j, w=v) for j, v in zip(J, w, strict=True)]
+    system = lp.assemble(in_turn(discs, [Coupling(u=at(t)) for t in closing]))
     run = lp.simulate(system, until=0.4, grid=[0.05, 0.15, 0.25, 0.35])
-    received = np.array([run[f"discs[{i}].w"] for i in range(5)]).T
+    received = np.array([run[f"bodies[{i}].w"] for i in range(5)]).T
 
     def joined(*groups):
         found = np.empty(5)

@@ -27,30 +27,21 @@ RATE = 2.0
 def braked(limits):
     """Shaft under a torque that grows steadily, held by brakes of these capacities."""
     brakes = [Brake(characteristic=((0, 1),), f_max=limit, u=1.0) for limit in limits]
-
-    def connections(m):
-        yield from lp.chain(m.drive, m.body, *m.brake)
-
-    return lp.compose(
-        drive=Torque(tau=RATE * lp.time), body=Inertia(J=1.5), brake=brakes, connections=connections
-    )
+    return in_a_row(drive=Torque(tau=RATE * lp.time), body=Inertia(J=1.5), brake=brakes)
 
 
 def clutched(limits):
     """The same for clutches between the driven shaft and the ground."""
     clutches = [Clutch(characteristic=((0, 1),), f_max=limit, u=1.0) for limit in limits]
-
-    def connections(m):
-        yield lp.connect(m.drive.flange, m.body.flange_a)
-        yield lp.connect(m.body.flange_b, *(c.flange_b for c in m.brake))
-        yield lp.connect(m.ground.flange, *(c.flange_a for c in m.brake))
-
     return lp.compose(
         drive=Torque(tau=RATE * lp.time),
         body=Inertia(J=1.5),
         brake=clutches,
         ground=Fixed(),
-        connections=connections,
+        connections=lambda m: [
+            *lp.chain(m.drive, m.body),
+            *(c for clutch in m.brake for c in lp.chain(m.ground, clutch, m.body.flange_b)),
+        ],
     )
 
 
@@ -79,12 +70,7 @@ def test_parallel_brakes_of_different_peaks_give_way_at_the_sum_of_their_peak_to
     brakes = [
         Brake(characteristic=((0, 1),), f_max=f, u=1.0, peak=p) for f, p in ((2, 1.5), (5, 1.1))
     ]
-    model = lp.compose(
-        drive=Torque(tau=lp.time),
-        body=Inertia(J=1.5),
-        brake=brakes,
-        connections=lambda m: lp.chain(m.drive, m.body, *m.brake),
-    )
+    model = in_a_row(drive=Torque(tau=lp.time), body=Inertia(J=1.5), brake=brakes)
     run = lp.simulate(lp.assemble(model), until=10.0)
     assert [event.time for event in run.events] == pytest.approx([3.0 + 5.5] * 2, rel=1e-6)
     expected = ((10.0 - 7.0) ** 2 - (8.5 - 7.0) ** 2) / 2 / 1.5

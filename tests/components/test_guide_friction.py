@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_rows
+from rows import assemble_row, assemble_rows
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -139,13 +139,12 @@ def test_it_comes_to_rest_and_stays():
 
 def test_it_holds_a_body_on_a_slope_up_to_the_friction_angle():
     def moved(slope):
-        model = lp.compose(
+        system = assemble_row(
+            weight=translation.Force(f=2.0 * G * np.sin(slope)),
             body=translation.Mass(m=2.0),
             guide=translation.GuideFriction(mu=MU, load=2.0 * G * np.cos(slope)),
-            weight=translation.Force(f=2.0 * G * np.sin(slope)),
-            connections=lambda m: lp.chain(m.weight, m.body, m.guide),
         )
-        return lp.simulate(lp.assemble(model), until=1.0)["body.v"][-1]
+        return lp.simulate(system, until=1.0)["body.v"][-1]
 
     angle = np.arctan(MU)
     assert moved(angle - 1e-6) == 0
@@ -156,16 +155,14 @@ def test_it_holds_a_body_on_a_slope_up_to_the_friction_angle():
 @pytest.mark.parametrize("mu", [0.6, 1.0, 2.0])
 def test_it_jams_beyond_the_cone_of_friction(mu):
     """Braking grows without limit where ``J (mu |tan(psi)| - 1) = m s'^2`` for a flywheel J."""
-    model = in_rows(
-        "fly.flange_a crank",
-        "crank.slider guide",
-        "crank.guide guide.load",
+    system = assemble_rows(
+        *("fly crank", "crank.slider guide.flange_a", "crank.guide guide.load"),
         fly=Inertia(J=2.0, w=5.0),
         crank=CrankSlider(r=R, L=1.1 * R, m=M),
         guide=translation.GuideFriction(mu=mu),
     )
     with pytest.raises(SolverError) as caught:
-        lp.simulate(lp.assemble(model), until=1.0, rtol=1e-9, grid=100_000)
+        lp.simulate(system, until=1.0, rtol=1e-9, grid=100_000)
     run = caught.value.partial
     slope, tan = (run["crank.v"] / run["fly.w"])[-1], np.tan(run["crank.psi"][-1])
     assert abs(mu * abs(tan) - (1 + M * slope**2 / 2.0)) < 2e-4
@@ -175,13 +172,12 @@ def test_it_jams_beyond_the_cone_of_friction(mu):
 @pytest.mark.parametrize("peak", [1.0, 1.4])
 def test_it_breaks_away_where_the_load_has_fallen_enough(side, peak):
     force, m = 3.0, 2.0
-    model = lp.compose(
+    system = assemble_row(
+        push=translation.Force(f=force),
         body=translation.Mass(m=m),
         guide=translation.GuideFriction(mu=0.5, peak=peak, load=side * (10.0 - lp.time)),
-        push=translation.Force(f=force),
-        connections=lambda m: lp.chain(m.push, m.body, m.guide),
     )
-    run = lp.simulate(lp.assemble(model), until=9.0, rtol=1e-10)
+    run = lp.simulate(system, until=9.0, rtol=1e-10)
     begin = 10 - force / (0.5 * peak)
     assert [event.time for event in run.events] == pytest.approx([begin], rel=1e-9)
     since = np.maximum(run.t - begin, 0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_rows
+from rows import assemble_rows, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -25,30 +25,25 @@ from lumped.errors import SolverError
 RADIUS, LENGTH = 0.25, 3.4
 
 
-class Slider(lp.Component):
+def slider(drive):
     """Crank turned about a fixed hub, a hanging rod with mass, its foot loaded."""
-
-    w: lp.Param = lp.param("rad/s", "speed", 1.0)
-    length: lp.Param = lp.param("m", "rod", LENGTH, above=0)
-    drive: lp.Component = Speed(w=w)
-    crank: Eccentric = Eccentric(radius=RADIUS, phase=np.pi / 2)
-    hub: translation.Fixed = translation.Fixed()
-    rod: GuidedRod = GuidedRod(length=length)
-    body: Inertia = Inertia(J=2.0)
-    ram: translation.Mass = translation.Mass(m=3.0)
-
-    def connections(self):
-        yield lp.connect(self.drive.flange, self.crank.flange)
-        yield lp.connect(self.hub.flange, self.crank.hub_x, self.crank.hub_y)
-        yield lp.connect(self.crank.pin_x, self.rod.pin_x)
-        yield lp.connect(self.crank.pin_y, self.rod.pin_y)
-        yield lp.connect(self.rod.flange, self.body.flange_a)
-        yield lp.connect(self.rod.foot_y, self.ram.flange_a)
+    return assemble_rows(
+        *("drive crank", "hub.flange crank.hub_x crank.hub_y", "crank.pin_x rod.pin_x"),
+        *("crank.pin_y rod.pin_y", "rod body", "rod.foot_y ram.flange_a"),
+        keep=["ram.s", "body.phi"],
+        drive=drive,
+        crank=Eccentric(radius=RADIUS, phase=np.pi / 2),
+        hub=translation.Fixed(),
+        rod=GuidedRod(length=LENGTH),
+        body=Inertia(J=2.0),
+        ram=translation.Mass(m=3.0),
+    )
 
 
-def run(until: float = 4 * np.pi, grid: int = 200, **changes: float) -> lp.Trajectory:
-    system = lp.assemble(Slider(), keep=["ram.s", "body.phi"])
-    return lp.simulate(system, until=until, parameters=changes, grid=grid, rtol=1e-11)
+def run(until: float = 4 * np.pi, grid: int = 200, w: float = 1.0, length=LENGTH):
+    changes = {"drive.w": w, "rod.length": length}
+    options = {"until": until, "parameters": changes, "grid": grid, "rtol": 1e-11}
+    return lp.simulate(slider(Speed(w=1.0)), **options)
 
 
 def foot(phi: np.ndarray, length: float) -> np.ndarray:
@@ -85,51 +80,42 @@ class TestSlider:
         assert np.abs(found["body.phi"] - found.t).max() < 1e-6
 
     def test_rod_shorter_than_the_crank_stops_the_run_where_it_no_longer_reaches(self):
-        system = lp.assemble(Slider(drive=Torque(tau=1.0)))
+        system = slider(Torque(tau=1.0))
         with pytest.raises(SolverError, match=r"not a finite number .*body.phi = 1\.57"):
-            lp.simulate(system, until=10.0, parameters={"length": 0.2})
+            lp.simulate(system, until=10.0, parameters={"rod.length": 0.2})
 
 
 class TestFloatingArm:
     def test_free_arm_turns_about_its_centre_of_mass(self):
         """Two equal masses on an arm in free flight: the centre goes straight on."""
-        model = lp.compose(
+        ends = ("hub_x", "hub_y", "pin_x", "pin_y")
+        system = assemble_rows(
+            *("turn arm", *(f"arm.{end} {end}.flange_a" for end in ends)),
             arm=Eccentric(radius=2.0, phase=np.pi / 2),
             turn=Torque(tau=0.0),
-            masses=[translation.Mass(m=1.0) for _ in range(4)],
-            connections=lambda m: (
-                *lp.chain(m.turn, m.arm.flange),
-                lp.connect(m.arm.hub_x, m.masses[0].flange_a),
-                lp.connect(m.arm.hub_y, m.masses[1].flange_a),
-                lp.connect(m.arm.pin_x, m.masses[2].flange_a),
-                lp.connect(m.arm.pin_y, m.masses[3].flange_a),
-            ),
+            **{end: translation.Mass(m=1.0) for end in ends},
+            keep=["arm.flange.phi", "hub_x.s", "pin_x.s"],
         )
-        system = lp.assemble(model, keep=["arm.flange.phi", "masses[0].s", "masses[2].s"])
-        start = {"masses[0].v": 3.0, "masses[2].v": -1.0, "masses[1].v": 0.5}
+        start = {"hub_x.v": 3.0, "pin_x.v": -1.0, "hub_y.v": 0.5}
         found = lp.simulate(system, until=20.0, start=start, rtol=1e-10, grid=200)
-        centre = (found["masses[0].s"] + found["masses[2].s"]) / 2
+        centre = (found["hub_x.s"] + found["pin_x.s"]) / 2
         # 4 m/s across an arm of 2 m: 2 rad/s for ever
         assert np.abs(centre - centre[0] - found.t).max() < 1e-7
         assert np.abs(found["arm.flange.phi"] - 2.0 * found.t).max() < 1e-7
-        assert np.abs(found["masses[1].v"] + found["masses[3].v"] - 1.0).max() < 1e-8
+        assert np.abs(found["hub_y.v"] + found["pin_y.v"] - 1.0).max() < 1e-8
 
     def test_hub_takes_what_acts_on_the_pin(self):
-        arm = Eccentric(radius=0.5)
-        model = in_rows(
-            "hold arm",
-            "hub_x arm.hub_x",
-            "hub_y arm.hub_y",
-            "arm.pin_x side",
-            "arm.pin_y down",
-            arm=arm,
+        system = assemble_rows(
+            *("hold arm", "hub_x.flange arm.hub_x", "hub_y.flange arm.hub_y"),
+            *("arm.pin_x side.flange", "arm.pin_y down.flange"),
+            arm=Eccentric(radius=0.5),
             hold=Position(phi=0.3),
             hub_x=translation.Fixed(),
             hub_y=translation.Fixed(),
             side=translation.Force(f=3.0),
             down=translation.Force(f=-4.0),
         )
-        at = lp.start_point(lp.assemble(model))
+        at = lp.start_point(system)
         received = at["hub_x.flange.f"], at["hub_y.flange.f"], at["hold.flange.tau"]
         moment = 0.5 * (3.0 * np.sin(0.3) + 4.0 * np.cos(0.3))
         assert np.abs(np.subtract(received, (3.0, -4.0, -moment))).max() < 1e-14
@@ -140,16 +126,16 @@ class TestPlaneSpring:
         """At constant speed on a circle the tension is ``m v^2 / r``, damped or not."""
         m, c, length0, r = 2.0, 300.0, 0.8, 1.1
         v = np.sqrt(c * (r - length0) * r / m)
-        model = in_rows(
-            "centre spring.a_x spring.a_y",
-            "spring.b_x x",
-            "spring.b_y y",
+        system = assemble_rows(
+            "centre.flange spring.a_x spring.a_y",
+            *("spring.b_x x.flange_a", "spring.b_y y.flange_a"),
             centre=translation.Fixed(),
             spring=PlaneSpring(c=c, d=5.0, length0=length0),
             x=translation.Mass(m=m, s=r, v=0.0),
             y=translation.Mass(m=m, s=0.0, v=v),
+            keep=["x.s", "y.s"],
         )
-        found = lp.simulate(lp.assemble(model, keep=["x.s", "y.s"]), until=3.0, rtol=1e-11)
+        found = lp.simulate(system, until=3.0, rtol=1e-11)
         turned = v / r * found.t
         assert found["x.s"] == pytest.approx(r * np.cos(turned), abs=1e-7)
         assert found["y.s"] == pytest.approx(r * np.sin(turned), abs=1e-7)
@@ -165,12 +151,8 @@ class TestBar:
         """Small swings about one held end: ``2 pi sqrt((J + m a^2) / (m g a))``."""
         g, a = 9.81, self.K * self.L
         turn = np.sqrt(self.M * g * a / (self.J + self.M * a**2))
-        model = lp.compose(
-            nail=translation.Fixed(),
-            bar=self.bar(g=g, phi=-np.pi / 2 + 1e-4, w=0.0),
-            connections=lambda m: [lp.connect(m.nail.flange, m.bar.a_x, m.bar.a_y)],
-        )
-        system = lp.assemble(model, keep=["bar.phi"])
+        bar, nail = self.bar(g=g, phi=-np.pi / 2 + 1e-4, w=0.0), translation.Fixed()
+        system = assemble_rows("nail.flange bar.a_x bar.a_y", keep=["bar.phi"], bar=bar, nail=nail)
         found = lp.simulate(system, until=20 * np.pi / turn, rtol=1e-11, atol=1e-14)
         swing = found["bar.phi"] + np.pi / 2
         assert np.abs(swing - 1e-4 * np.cos(turn * found.t)).max() < 1e-9
@@ -188,20 +170,14 @@ class TestBar:
 
 def test_all_angles_count_counter_clockwise_from_the_horizontal():
     """A crank, an arm, a bar and a mass on an arm at 0.3 rad point the same way."""
-    outlines = {
-        "arm": Eccentric(radius=2.0),
-        "crank": CrankSlider(r=2.0, L=5.0),
-        "swing": SwingingMass(m=1.0, R=2.0),
-        "mass": RotatingMass(m=1.0, r=2.0),
-    }
-    model = lp.compose(
+    model = in_rows(
+        *("turn arm crank swing mass", "base.flange arm.hub_x arm.hub_y"),
         turn=Position(phi=0.3 + 0.0 * lp.time),
         base=translation.Fixed(),
-        **outlines,
-        connections=lambda k: [
-            lp.connect(k.turn.flange, *(getattr(k, name).flange for name in outlines)),
-            lp.connect(k.base.flange, k.arm.hub_x, k.arm.hub_y),
-        ],
+        arm=Eccentric(radius=2.0),
+        crank=CrankSlider(r=2.0, L=5.0),
+        swing=SwingingMass(m=1.0, R=2.0),
+        mass=RotatingMass(m=1.0, r=2.0),
     )
     names = ["arm.pin_x.s", "arm.pin_y.s"]
     point = lp.start_point(lp.assemble(model, keep=names))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_rows
+from rows import assemble_row, assemble_rows, in_rows
 
 import lumped as lp
 from lumped.components import (
@@ -81,14 +81,9 @@ def test_a_body_coasts_as_the_law_of_its_load_says(name, given, begin, speed):
 def eddy(temperature, speed, alpha=0.004):
     """Braking torque at a speed and temperature, and the heat."""
     brake = EddyCurrentBrake(tau_max=100.0, w_nominal=10.0, alpha=alpha, T_ref=300.0, e=0.5)
-    model = in_rows(
-        "source brake",
-        "brake.heat air.port",
-        source=Speed(w=speed),
-        brake=brake,
-        air=FixedTemperature(T=temperature),
-    )
-    point = lp.start_point(lp.assemble(model))
+    rows = ("source brake", "brake.heat air.port")
+    parts = {"source": Speed(w=speed), "brake": brake, "air": FixedTemperature(T=temperature)}
+    point = lp.start_point(assemble_rows(*rows, **parts))
     return point["brake.tau"], -point["brake.heat.Q"]
 
 
@@ -112,11 +107,8 @@ G, RHO = 9.80665, 1.2
 
 
 def driven(tau, *, inclination=0.0, wind=0.0, **given):
-    return lp.compose(
-        drive=Torque(tau=tau),
-        car=Vehicle(**{**CAR, **given}, inclination=inclination, v_wind=wind),
-        connections=lambda m: [lp.connect(m.drive.flange, m.car.wheel)],
-    )
+    car = Vehicle(**{**CAR, **given}, inclination=inclination, v_wind=wind)
+    return in_rows("drive.flange car.wheel", drive=Torque(tau=tau), car=car)
 
 
 def test_a_vehicle_runs_at_the_speed_where_drive_and_resistance_agree():
@@ -153,17 +145,14 @@ def test_a_vehicle_slows_as_its_drag_and_its_rolling_resistance_say():
 
 def test_planetary_torques_follow_the_ratio():
     k = 2.5
-    model = in_rows(
-        "drive sun gear.sun",
-        "gear.carrier carrier",
-        "gear.ring ring",
+    system = assemble_rows(
+        *("drive sun", "sun.flange_b gear.sun"),
+        *("gear.carrier carrier.flange_a", "gear.ring ring.flange_a"),
         gear=Planetary(ratio=k),
-        sun=Inertia(J=0.1),
-        carrier=Inertia(J=0.7),
-        ring=Inertia(J=0.4),
+        **{name: Inertia(J=J) for name, J in (("sun", 0.1), ("carrier", 0.7), ("ring", 0.4))},
         drive=Torque(tau=3.0),
     )
-    point = lp.start_point(lp.assemble(model))
+    point = lp.start_point(system)
     # Lagrange: minimise kinetic energy's rate over accelerations of sun and ring
     lever = np.array([1.0, k]) / (1 + k)
     mass = np.diag([0.1, 0.4]) + 0.7 * np.outer(lever, lever)

@@ -1,10 +1,8 @@
 """Winding against closed forms, momentum and energy balances, and plane geometry."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from rows import in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_rows
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -15,20 +13,14 @@ r, h, b, rho = 0.3, 2e-3, 1.2, 7850.0
 COIL = Coil(r=r, R_max=1.0, h=h, b=b, rho=rho)
 
 
-def wound(coil=COIL, f=-5e4, **drive):
+def wound(coil=COIL, f=-5e4, drive=None):
     """A coil on a mandrel that is driven, strip under a force."""
-
-    def connections(m: lp.Component) -> Iterator[lp.Connection]:
-        yield lp.connect(m.drive.flange, m.mandrel.flange_a)
-        yield lp.connect(m.mandrel.flange_b, m.coil.flange)
-        yield lp.connect(m.coil.strip, m.pull.flange)
-
-    return lp.compose(
+    return in_rows(
+        *("drive mandrel coil", "coil.strip pull.flange"),
         mandrel=Inertia(J=400.0),
         coil=coil,
         pull=translation.Force(f=f),
-        drive=drive.get("drive", Torque(tau=drive.get("tau", 0.0))),
-        connections=connections,
+        drive=Torque(tau=0.0) if drive is None else drive,
     )
 
 
@@ -64,7 +56,7 @@ class TestCoil:
 
     def test_strip_without_thickness_neither_grows_nor_bends(self):
         coil = COIL.with_({"h": 0.0, "sigma_s": 3e8})
-        run = lp.simulate(lp.assemble(wound(coil, tau=2e4)), until=5.0, rtol=1e-11)
+        run = lp.simulate(lp.assemble(wound(coil, drive=Torque(tau=2e4))), until=5.0, rtol=1e-11)
         assert np.all(run["coil.R"] == r)
         assert np.all(run["coil.M_b"] == 0)
         rate = (2e4 - 5e4 * r) / 400.0
@@ -75,7 +67,9 @@ class TestCoil:
         limit = 3e8 * b * h**2 / 4
         for share, moves in ((0.99, False), (-0.99, False), (1.01, True)):
             tau = 5e4 * r + share * limit
-            run = lp.simulate(lp.assemble(wound(coil, tau=tau)), until=1.0, rtol=1e-11)
+            run = lp.simulate(
+                lp.assemble(wound(coil, drive=Torque(tau=tau))), until=1.0, rtol=1e-11
+            )
             assert bool(run["coil.w"][-1] != 0) is moves
             expected = limit if moves else share * limit
             assert run["coil.M_b"][-1] == pytest.approx(expected, rel=1e-9)
@@ -97,22 +91,17 @@ class TestCoil:
 
 
 class TestStrip:
-    def model(self, v=0.0, **given):
-        return in_a_row(
-            line=translation.Speed(v=v),
-            strip=Strip(**({"c": 4e5} | given)),
-            body=translation.Mass(m=100.0),
-        )
+    def system(self, **given):
+        strip, body = Strip(c=4e5, **given), translation.Mass(m=100.0)
+        return assemble_row(line=translation.Speed(v=0.0), strip=strip, body=body)
 
     def test_it_swings_with_the_frequency_of_mass_and_spring(self):
-        system = lp.assemble(self.model())
-        run = lp.simulate(system, until=0.02, start={"strip.s_rel": 0.01}, rtol=1e-11)
+        run = lp.simulate(self.system(), until=0.02, start={"strip.s_rel": 0.01}, rtol=1e-11)
         expected = 0.01 * np.cos(np.sqrt(4e5 / 100.0) * run.t)
         assert run["strip.s_rel"] == pytest.approx(expected, abs=1e-11)
 
     def test_it_loses_its_tension_and_never_pushes(self):
-        system = lp.assemble(self.model(d=500.0))
-        run = lp.simulate(system, until=0.2, start={"strip.s_rel": 0.01}, rtol=1e-10)
+        run = lp.simulate(self.system(d=500.0), until=0.2, start={"strip.s_rel": 0.01}, rtol=1e-10)
         released, lost = (e.time for e in run.events if e.component == "strip")
         delta = 500.0 / 200.0
         w = np.sqrt(4e5 / 100.0 - delta**2)
@@ -130,15 +119,14 @@ class TestStrip:
     def test_a_line_at_even_speed_is_stretched_by_what_the_growing_coil_winds_beyond_it(self):
         """``T = c h (w t)^2 / (4 pi)``, and the mandrel bears ``R T``."""
         w, c = 20.0, 4e5
-        model = in_rows(
-            "line.flange strip coil.strip",
-            "coil mandrel",
+        system = assemble_rows(
+            *("line strip", "strip.flange_b coil.strip", "coil mandrel"),
             line=translation.Speed(v=w * r),
             strip=Strip(c=c),
             coil=COIL,
             mandrel=Speed(w=w),
         )
-        run = lp.simulate(lp.assemble(model), until=3.0, rtol=1e-11)
+        run = lp.simulate(system, until=3.0, rtol=1e-11)
         angle = w * run.t
         expected = c * h * angle**2 / (4 * np.pi)
         assert run["strip.T"] == pytest.approx(expected, rel=1e-8, abs=1e-2)
@@ -147,29 +135,25 @@ class TestStrip:
         assert run["coil.T"] == pytest.approx(run["strip.T"], rel=1e-12)
 
 
-def joined(m: lp.Component) -> Iterator[lp.Connection]:
-    """A coil on a turret, its drives and the pull on its strip."""
-    yield lp.connect(m.turret.flange, m.path.carrier)
-    yield lp.connect(m.mandrel.flange, m.coil.flange)
-    yield lp.connect(m.coil.strip, m.path.strip)
-    yield lp.connect(m.coil.tangent, m.path.tangent)
-    yield lp.connect(m.coil.R, m.path.R)
-    yield lp.connect(m.path.line, m.pull.flange)
+JOINED = (
+    *("turret.flange path.carrier", "mandrel coil", "coil.strip path.strip"),
+    *("coil.tangent path.tangent", "coil.R path.R", "path.line pull.flange"),
+)
+"""A coil on a turret, its drives and the pull on its strip."""
 
 
 class TestStripPath:
     R, r_t, d = 0.45, 1.25, 4.4
 
-    def model(self, **coil):
+    def parts(self):
         """A coil on a turret that is turned, the strip at the roll pulled by a force."""
-        return lp.compose(
-            turret=Speed(w=0.5),
-            mandrel=Speed(w=8.0),
-            path=StripPath(r_t=self.r_t, d=self.d),
-            coil=Coil(r=self.R, R_max=2.0, h=h, b=b, rho=0.0).with_(coil),
-            pull=translation.Force(f=-8e4),
-            connections=joined,
-        )
+        return {
+            "turret": Speed(w=0.5),
+            "coil": Coil(r=self.R, R_max=2.0, h=h, b=b, rho=0.0),
+            "path": StripPath(r_t=self.r_t, d=self.d),
+            "mandrel": Speed(w=8.0),
+            "pull": translation.Force(f=-8e4),
+        }
 
     def geometry(self, run):
         """Axis of the coil, point of contact and direction of the strip, the roll being at zero."""
@@ -181,25 +165,18 @@ class TestStripPath:
         return axis, contact, along
 
     def test_the_strip_runs_from_the_roll_to_where_it_touches_the_coil(self):
-        run = lp.simulate(lp.assemble(self.model(), keep=["path.alpha"]), until=12.0, grid=40)
+        system = assemble_rows(*JOINED, keep=["path.alpha"], **self.parts())
+        run = lp.simulate(system, until=12.0, grid=40)
         _, contact, along = self.geometry(run)
         assert contact == pytest.approx(run["path.length"] * along, rel=1e-12, abs=1e-12)
 
     @pytest.mark.parametrize("order", [1, -1])
     def test_angles_of_coil_and_turret_lead_in_any_order_of_the_parts(self, order):
-        parts = {
-            "turret": Speed(w=0.5),
-            "coil": Coil(r=self.R, R_max=2.0, h=h, b=b, rho=0.0),
-            "path": StripPath(r_t=self.r_t, d=self.d),
-            "mandrel": Speed(w=8.0),
-            "pull": translation.Force(f=-8e4),
-        }
-        parts = dict(list(parts.items())[::order])
-        system = lp.assemble(lp.compose(**parts, connections=joined))
+        system = assemble_rows(*JOINED, **dict(list(self.parts().items())[::order]))
         assert set(system.state_names) == {"coil.theta", "path.alpha"}
 
     def test_the_material_at_the_roll_moves_as_that_on_the_coil(self):
-        system = lp.assemble(self.model(), keep=["path.alpha", "path.line.s"])
+        system = assemble_rows(*JOINED, keep=["path.alpha", "path.line.s"], **self.parts())
         at = np.linspace(0.0, 12.0, 4001)
         run = lp.simulate(system, until=12.0, grid=at, rtol=1e-12)
         axis, contact, along = self.geometry(run)

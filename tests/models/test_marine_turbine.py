@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-import scipy
-from checks import worst
+from mill_by_hand import hertz
 from torsional_cases import columns
 
 import lumped as lp
@@ -21,10 +20,7 @@ def by_hand():
     J += [2.723e4 * 9.4094**2, 2.612e2 * 78.2365**2]
     shafts = [(0, 1, 826e6), (1, 2, 203.94e6 * 9.4094**2), (2, 3, 30.51e6 * 40.0424**2)]
     shafts += [(1, 4, 24.17e6 * 9.4094**2), (4, 5, 14.26e6 * 78.2365**2)]
-    K = np.zeros((6, 6))
-    for a, b, c in shafts:
-        K[np.ix_([a, b], [a, b])] += c * np.array([[1, -1], [-1, 1]])
-    return np.sqrt(scipy.linalg.eigh(K, np.diag(J), eigvals_only=True)[1:]) * 30 / np.pi
+    return 60 * hertz(J, shafts)
 
 
 def test_natural_frequencies_are_the_published_ones_and_those_of_the_matrices():
@@ -45,6 +41,7 @@ def test_the_vibration_over_the_speed_is_that_of_the_reference_and_of_the_figure
         (steady.magnitude("low.intermediate.tau", BLADES), table["lp_intermediate_shaft_Nm"]),
     )
     worst = max(np.abs(found / wanted - 1).max() for found, wanted in pairs)
+    print(f"{worst:.1e}")
     assert worst < 1e-8
     rpm, torque = np.array(FIGURE).T
     published = columns(CASE, "digitised_published_curve.csv")
@@ -67,7 +64,9 @@ def test_the_run_up_has_the_steady_amplitudes_of_the_speed_shortly_before():
     before = found.rpm[later] - 25 / 240 * late
     steady = response(before, damping_ratio=0.0)
     expected = steady.magnitude("shaft.tau", BLADES)
-    assert worst(received[later], expected) < 0.03
+    off = np.abs(received[later] - expected).max() / expected.max()
+    print(f"{off:.1e}")
+    assert off < 0.03
     assert received.max() == pytest.approx(expected.max(), rel=0.01)
     assert found.largest(1) == (BLADES,)
 

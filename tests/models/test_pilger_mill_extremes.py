@@ -50,18 +50,6 @@ class TestKinematics:
 
 
 class TestExtremes:
-    def test_stand_stops_at_its_dead_centres_while_the_inertia_stays(self):
-        for degrees in (
-            -np.degrees(np.arcsin(E / (L + R))),
-            180 - np.degrees(np.arcsin(E / (L - R))),
-        ):
-            assert round(degrees, 4) in (-3.9096, 174.8270)
-            part = stand.mill("P", T_f=0.0)
-            point = lp.start_point(stand.turn_mill(part, np.radians(degrees) + lp.time))
-            assert abs(point["mill.stand.v"]) < 1e-14
-            assert np.isfinite(point["turn.flange.tau"])
-            assert abs(point["mill.weight.v"]) > 0.5
-
     def test_massless_rods_are_no_special_case(self):
         run = turn("P", m_rod=0.0, m_rod_1=0.0)
         table, p = data("curves_P"), stand.SETS["P"] | stand.DESIGNS["after"]

@@ -40,6 +40,19 @@ def rpm(w: float) -> float:
 class TestBounds:
     """Whatever the masses, and whatever rolling torque acts against the motion."""
 
+    def test_greatest_and_swinging_torque_bound_the_speed(self):
+        """The least of both over w^2 for any stand."""
+        columns = per_mass(0.25)
+        ones, none = np.ones(columns.shape[1]), np.zeros(columns.shape[1])
+        above, below = np.vstack([columns, -ones, none]), np.vstack([-columns, none, ones])
+        bounds = [*RANGES, (None, None), (None, None)]
+        swings = linprog(
+            [0, 0, 0, 0, 1, -1], np.hstack([above, below]).T, [*none, *none], bounds=bounds
+        )
+        peaks = linprog([0, 0, 0, 0, 1, 0], above.T, none, bounds=bounds)
+        assert abs(rpm(np.cbrt(510e3 * IDLE / peaks.fun)) - 90.0) < 0.11
+        assert abs(rpm(np.sqrt(84439.48 * IDLE / swings.fun)) - 75.1) < 0.15
+
     def test_rms_power_bounds_the_speed_from_above(self):
         """B3: the load that helps most takes what the inertia gives back, and nothing else."""
         columns = per_mass()

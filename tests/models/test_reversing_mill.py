@@ -7,8 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from checks import worst
-from mill_by_hand import C1, C2, CLOSED, J1, J3, OPEN, data, hertz, relative, step_torques
+from mill_by_hand import CLOSED, OPEN, data, hertz, relative, step_torques
 
 import lumped as lp
 from lumped.models.reversing_mill import stand as mill
@@ -54,43 +53,27 @@ class TestModes:
         expected = oscillating[:, 3 : 3 + len(names)].T
         shapes = shapes * np.sign((shapes * expected).sum(axis=0))
         error = np.abs(shapes - expected).max()
+        print(f"shapes: largest error {error:.2e}")
         assert received.rigid == len(table) - len(oscillating)
         assert relative(received.hertz, oscillating[:, 2]) < 1e-11  # the file has 12 digits
         assert error < 1e-11
 
-    def test_printed_frequencies_follow_from_parameters_that_round_to_the_printed_ones(self):
-        box = {"J1": 3.0102, "J3": 2.4467, "JB": 0.15842, "C1": 26233.0, "C2": 9180.0}
-        printed = {"J1": J1, "J3": J3, "JB": 0.16, "C1": C1, "C2": C2}
-        halves = {"J1": 0.005, "J3": 0.005, "JB": 0.005, "C1": 50.0, "C2": 5.0}
-        assert all(abs(box[k] - printed[k]) <= halves[k] for k in box)
-        inside = {
-            **{f"{branch}.motor.J": box["J1"] * KGF for branch in ("upper", "lower")},
-            **{f"{branch}.gearbox.J": box["J3"] * KGF for branch in ("upper", "lower")},
-            **{f"{branch}.rolls.J": (box["JB"] + 0.0001) * KGF for branch in ("upper", "lower")},
-            **{f"{branch}.spindle.c": box["C2"] * KGF for branch in ("upper", "lower")},
-            "upper.shaft.c": box["C1"] * KGF,
-        }
-        received = found(OpenGap(), inside).hertz
-        # three decimals, and half a unit of the roll's last digit
-        assert np.abs(received - [21.650, 38.853, 39.819]).max() < 5e-4 + 6.2e-4
-        expected = [21.7, 38.9, 39.8]
-        assert np.abs(received - expected).max() < 0.0505  # half a unit, and the digits of the box
-
 
 class TestCreep:
-    def test_frequencies_and_damping_ratios_are_those_of_five_masses(self):
-        system = lp.assemble(CreepingGap())
-        worst_f, worst_z = 0.0, 0.0
+    @pytest.mark.parametrize(
+        ("gap", "columns", "near"),
+        [(CreepingGap(), 0, {"rel": 1e-6}), (mill.PrintedGap(), 6, {"rel": 0, "abs": 1e-9})],
+        ids=["five masses", "printed equations"],
+    )
+    def test_frequencies_and_damping_ratios_are_those_of_the_reference(self, gap, columns, near):
+        """As printed, (54) and (55) leave out the difference of the rolls' inertia torques."""
+        system = lp.assemble(gap)
         for row in data("creep"):
             received = lp.modes(system, parameters={"K_s": row[0] * KGF})
-            expected_f, expected_z = row[1:4], row[4:7]
-            present = ~np.isnan(expected_f)
-            assert len(received.hertz) == present.sum()
-            f_error = np.abs(received.hertz / expected_f[present] - 1).max()
-            z_error = np.abs(received.damping / expected_z[present] - 1).max()
-            worst_f, worst_z = max(worst_f, f_error), max(worst_z, z_error)
-        assert worst_f < 1e-10
-        assert worst_z < 1e-6
+            hertz, damping = row[columns + 1 : columns + 4], row[columns + 4 : columns + 7]
+            present = ~np.isnan(hertz)
+            assert received.hertz == pytest.approx(hertz[present], rel=1e-10)
+            assert received.damping == pytest.approx(damping[present], **near)
 
     def test_stiff_creep_comes_to_the_closed_gap(self):
         """One real pole runs away; the circulating mode fades by 0.0108 (1e4 / K_s) w_1."""
@@ -129,13 +112,17 @@ class TestStripEntry:
         table = data("entry")
         run = mill.strip_entry(gap, motor, grid=table[:, 0], rtol=1e-9)
         expected = table[:, columns]
-        assert worst(run.table(SHAFTS), expected) < 1e-6
+        error = np.abs(run.table(SHAFTS) - expected).max() / np.abs(expected).max()
+        print(f"largest error over largest torque {error:.2e}")
+        assert error < 1e-6
 
     @pytest.mark.parametrize(("gap", "hand", "motor", "columns"), ENTRIES)
     def test_torques_are_modal_sums_over_two_seconds(self, gap, hand, motor, columns):
         run = mill.strip_entry(gap, motor, until=2.0, rtol=1e-9, grid=5000)
         expected = KGF * step_torques(*hand, torques_on(len(hand[0]), motor), run.t)
-        assert worst(run.table(SHAFTS), expected) < 1e-6
+        error = np.abs(run.table(SHAFTS) - expected).max() / np.abs(expected).max()
+        print(f"largest error over largest torque {error:.2e}, {run.steps} steps")
+        assert error < 1e-6
 
     def test_torques_after_a_minute_are_those_of_the_closed_form(self):
         run = mill.strip_entry(ClosedGap(), RATED, until=60.0, grid=[60.0], rtol=1e-12)

@@ -11,6 +11,16 @@ from lumped.models.reversing_mill.scenes import DIFFERENCE, GAIN, INTEGRAL_TIME,
 from lumped.models.reversing_mill.stand import C_SHAFT, C_SPINDLE, KGF, RATED, SHAFTS
 
 
+def drooping(s):
+    """Half the difference of the torques of two drives with droop, and the equalizing torque.
+
+    Torques ``beta ((1 + s) w_0 - w)`` act against the loads, with ``w_n = r w_v``.
+    """
+    r, beta, top = 1 + DIFFERENCE, RATED / (s * SPEED), (1 + s) * SPEED
+    w_v = (beta * top * (1 + r) - RATED * (1 + r)) / (beta * (1 + r**2))
+    return beta * (r - 1) * w_v / 2, beta * (top - w_v) - RATED
+
+
 class TestDroop:
     """Two drives with droop on rolls of unequal diameter."""
 
@@ -20,13 +30,10 @@ class TestDroop:
     ):
         system = lp.assemble(scenes.with_droop(s))
         rolling = lp.equilibrium(system, parameters={"eps": DIFFERENCE})
-        # torques beta ((1 + s) w_0 - w) of both drives against the loads, with w_n = r w_v
-        r, beta, top = 1 + DIFFERENCE, RATED / (s * SPEED), (1 + s) * SPEED
-        w_v = (beta * top * (1 + r) - RATED * (1 + r)) / (beta * (1 + r**2))
-        half_difference = beta * (r - 1) * w_v / 2
+        half_difference, equalizing = drooping(s)
         received = (rolling["upper.spindle.tau"] - rolling["lower.spindle.tau"]) / 2
         assert relative(received, half_difference) < 1e-8
-        assert relative(rolling["gap.tau"], beta * (top - w_v) - RATED) < 1e-8
+        assert relative(rolling["gap.tau"], equalizing) < 1e-8
         assert abs(received / RATED - DIFFERENCE / (2 * s)) < 1.01 * DIFFERENCE * printed
         assert abs(received / RATED - printed) < 5.1e-4
 
@@ -103,10 +110,8 @@ class TestConverters:
 
     @pytest.mark.parametrize("s", [0.03, 0.01])
     def test_droop_bounds_the_equalizing_torque(self, s):
-        r, beta, top = 1 + DIFFERENCE, RATED / (s * SPEED), (1 + s) * SPEED
-        w_v = (beta * top * (1 + r) - RATED * (1 + r)) / (beta * (1 + r**2))
         received = drives.sharing(s)
-        assert relative(received, (beta * (top - w_v) - RATED) / RATED) < 1e-8
+        assert relative(received, drooping(s)[1] / RATED) < 1e-8
         assert abs(received - DIFFERENCE / (2 * s)) < 1e-3 * received
 
     def test_equal_rolls_share_the_load_evenly(self):

@@ -6,6 +6,7 @@ Everything written by hand here is in the source's units, kgf, m and s.
 import numpy as np
 import pytest
 from mill_by_hand import C1, C2, CLOSED, J1, J3, JR, data, hertz, relative
+from rows import in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
@@ -125,29 +126,11 @@ def chain_of(n: int, J: float) -> lp.Component:
     springs = [Spring(c=n * mill.C_SPINDLE) for _ in range(n)]
     ends = (Inertia(J=JR * KGF + J / n / 2), Inertia(J=(J1 + J3) * KGF + J / n / 2))
     links = [part for pair in zip(springs, [*inside, None], strict=True) for part in pair if part]
-    return lp.compose(
-        rolls=ends[0],
-        links=links,
-        drive=ends[1],
-        connections=lambda m: lp.chain(m.rolls, *m.links, m.drive),
-    )
+    return in_a_row(rolls=ends[0], links=links, drive=ends[1])
 
 
 class TestPrintedGap:
     """Equations (54) and (55), which leave out the difference of the rolls' inertia torques."""
-
-    def test_frequencies_and_damping_are_those_of_the_reference(self):
-        system = lp.assemble(mill.PrintedGap())
-        worst_f, worst_z = 0.0, 0.0
-        for row in data("creep"):
-            received = lp.modes(system, parameters={"K_s": row[0] * KGF})
-            present = ~np.isnan(row[7:10])
-            assert len(received.hertz) == present.sum()
-            f_error = np.abs(received.hertz / row[7:10][present] - 1).max()
-            z_error = np.abs(received.damping - row[10:13][present]).max()
-            worst_f, worst_z = max(worst_f, f_error), max(worst_z, z_error)
-        assert worst_f < 1e-10
-        assert worst_z < 1e-9
 
     def test_without_creep_it_is_no_open_gap(self):
         received = found(mill.PrintedGap(), {"K_s": 0.01 * KGF}).hertz

@@ -7,6 +7,7 @@ DOP853 and Radau in SciPy; both agree within 4e-9 pu.
 import numpy as np
 import pytest
 import scipy
+from mill_by_hand import hertz
 from torsional_cases import columns
 
 import lumped as lp
@@ -30,6 +31,8 @@ from lumped.models.turbine_generator.scenes import FREE, clear_faults, per_unit,
 from lumped.points.direct_start import direct_start
 
 CASE = "03_ieee_first_benchmark"
+INERTIAS = (0.092897, 0.155589, 0.858670, 0.884215, 0.868495, 0.0342165)  # H, s
+SPRINGS = (19.303, 34.929, 52.038, 70.858, 2.822)  # pu
 FAULTS = {"abc": "three_phase_fault", "bc": "line_to_line_fault"}
 
 
@@ -111,9 +114,7 @@ def test_a_terminal_fault_follows_the_table(phases):
 def by_hand(t):
     """Torques of a three-phase fault, pu: dq equations at shorted terminals, six masses."""
     c, s = values("machine_circuit"), values("initial_state")
-    inertias = [0.092897, 0.155589, 0.858670, 0.884215, 0.868495, 0.0342165]
-    springs = [19.303, 34.929, 52.038, 70.858, 2.822]
-    H, K = np.array(inertias), np.array(springs)
+    H, K = np.array(INERTIAS), np.array(SPRINGS)
     w_0, R = 2 * np.pi * 60, 0.0025
     shares = np.array([0.30, 0.26, 0.22, 0.22, 0.0, 0.0]) * s["Te"]
     # currents into the machine: d, f, 1d and q, 1q, 2q
@@ -215,14 +216,10 @@ def test_what_is_changed_changes():
         {m.quantity: m.value for m in machine("turbine_generator").measures(change)}
         for change in ({}, {"turbine.lpb_gen.c": 2e8})
     )
-    H = np.array([0.092897, 0.155589, 0.858670, 0.884215, 0.868495, 0.0342165])
-    K = np.array([19.303, 34.929, 52.038, 2e8 / BASE.tau, 2.822])
-    matrix = np.zeros((6, 6))
-    for i, k in enumerate(K):
-        matrix[i : i + 2, i : i + 2] += k * np.array([[1, -1], [-1, 1]])
-    squares = scipy.linalg.eigh(BASE.w * matrix, np.diag(2 * H), eigvals_only=True)
+    K = BASE.w * np.array([*SPRINGS[:3], 2e8 / BASE.tau, SPRINGS[4]])
+    expected = hertz(2 * np.array(INERTIAS), [(i, i + 1, k) for i, k in enumerate(K)])
     received = [stiff[f"torsional frequency, mode {i}"] for i in range(1, 6)]
-    assert received == pytest.approx(np.sqrt(squares[1:]) / (2 * np.pi), rel=1e-9)
+    assert received == pytest.approx(expected, rel=1e-9)
     name = "torque of the shaft LPB-GEN, least"
     assert stiff[name] < own[name] < 0
 

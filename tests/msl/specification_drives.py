@@ -1,9 +1,9 @@
 """Reference cases of electric drives: models built from the specification or written out."""
 
 import numpy as np
+from rows import in_rows
 from specification_signals import ramp, step
 
-import lumped as lp
 from lumped.components import (
     CurrentController,
     CurrentSensor,
@@ -73,92 +73,64 @@ MAKERS = {
 }
 
 
-class Controlled(lp.Component):
+def controlled(controller):
     """Inertia under a speed controller."""
-
-    controller: lp.Component = PIController(k=110.0, T_i=0.1, wanted=ramp(1.0, 2.0))
-    drive: Torque = Torque()
-    load: Inertia = Inertia(J=10.0)
-    sensor: SpeedSensor = SpeedSensor()
-
-    def connections(self):
-        yield lp.connect(self.drive.flange, self.load.flange_a)
-        yield lp.connect(self.load.flange_b, self.sensor.flange)
-        yield lp.connect(self.sensor.w, self.controller.measured)
-        yield lp.connect(self.controller.y, self.drive.tau)
-
-
-class Sampled(Controlled):
-    """Inertia under a speed controller in a computer."""
-
-    controller: SampledPI = SampledPI(k=110.0, T_i=0.1, T_s=0.1, wanted=ramp(1.0, 2.0))
-
-
-class ElasticDrive(lp.Component):
-    """Elastic drive train under a limited speed controller, loaded from the start."""
-
-    profile: PointToPoint = PointToPoint(distance=np.pi / 2, v_max=1.0, a_max=1.0, start_time=0.5)
-    controller: LimitedPI = LimitedPI(k=100.0, T_i=0.1, N_i=0.1, y_min=-12.0, y_max=12.0)
-    drive: Torque = Torque()
-    inertia1: Inertia = Inertia(J=1.0)
-    spring: SpringDamper = SpringDamper(c=1e4, d=100.0)
-    inertia2: Inertia = Inertia(J=2.0)
-    load: Torque = Torque(tau=10.0)
-    sensor: SpeedSensor = SpeedSensor()
-
-    def connections(self):
-        yield from lp.chain(self.drive, self.inertia1, self.spring, self.inertia2, self.load)
-        yield lp.connect(self.inertia1.flange_b, self.sensor.flange)
-        yield lp.connect(self.profile.v, self.controller.wanted)
-        yield lp.connect(self.sensor.w, self.controller.measured)
-        yield lp.connect(self.controller.y, self.drive.tau)
-
-
-class CurrentControlled(lp.Component):
-    """Motor on an inverter and a battery, its current controlled, with a fan."""
-
-    battery: VoltageSource = VoltageSource(v=120.0)
-    wire: Resistor = Resistor(R=0.06)
-    battery_i: CurrentSensor = CurrentSensor()
-    inverter: Inverter = Inverter(T_d=2.5e-4, T_f=1e-3, v_f=120.0, v_out=0.0)
-    motor_i: CurrentSensor = CurrentSensor()
-    motor_v: VoltageSensor = VoltageSensor()
-    motor: DCMotor = DCMotor(k=K, R=0.05, L=1.5e-3, J=0.15)
-    ground: Ground = Ground()
-    loadInertia: Inertia = Inertia(J=0.15)  # noqa: N815
-    load: QuadraticTorque = QuadraticTorque(tau_nominal=-TAU_N, w_nominal=W_N)
-    speed: SpeedSensor = SpeedSensor()
-    i_f: Filter = Filter(T=1e-3, x=0.0)
-    vmot_f: Filter = Filter(T=1e-3, x=0.0)
-    ibat_f: Filter = Filter(T=1e-3, x=0.0)
-    induced: Gain = Gain(k=K)
-    controller: CurrentController = CurrentController(
-        k=0.6, T_i=0.03, wanted=step(TAU_N / K, 0.2), u=0.0
+    return in_rows(
+        *("drive load sensor", "sensor.w controller.measured", "controller.y drive.tau"),
+        controller=controller,
+        drive=Torque(),
+        load=Inertia(J=10.0),
+        sensor=SpeedSensor(),
     )
 
-    def connections(self):
-        yield lp.connect(self.battery.p, self.wire.p)
-        yield lp.connect(self.wire.n, self.battery_i.p)
-        yield lp.connect(self.battery_i.n, self.inverter.dc_p)
-        yield lp.connect(self.inverter.p, self.motor_i.p, self.motor_v.p)
-        yield lp.connect(self.motor_i.n, self.motor.p)
-        returns = (self.battery.n, self.inverter.dc_n, self.inverter.n)
-        yield lp.connect(*returns, self.motor.n, self.motor_v.n, self.ground.pin)
-        yield lp.connect(self.motor.flange, self.loadInertia.flange_a)
-        yield lp.connect(self.loadInertia.flange_b, self.load.flange, self.speed.flange)
-        yield lp.connect(self.motor_i.i, self.i_f.u)
-        yield lp.connect(self.motor_v.v, self.vmot_f.u)
-        yield lp.connect(self.battery_i.i, self.ibat_f.u)
-        yield lp.connect(self.speed.w, self.induced.u)
-        yield lp.connect(self.induced.y, self.controller.feed)
-        yield lp.connect(self.inverter.v_dc, self.controller.limit)
-        yield lp.connect(self.i_f.y, self.controller.measured)
-        yield lp.connect(self.controller.y, self.inverter.v)
+
+def elastic_drive():
+    """Elastic drive train under a limited speed controller, loaded from the start."""
+    return in_rows(
+        *("drive inertia1 spring inertia2 load", "inertia1 sensor", "profile.v controller.wanted"),
+        *("sensor.w controller.measured", "controller.y drive.tau"),
+        profile=PointToPoint(distance=np.pi / 2, v_max=1.0, a_max=1.0, start_time=0.5),
+        controller=LimitedPI(k=100.0, T_i=0.1, N_i=0.1, y_min=-12.0, y_max=12.0),
+        drive=Torque(),
+        inertia1=Inertia(J=1.0),
+        spring=SpringDamper(c=1e4, d=100.0),
+        inertia2=Inertia(J=2.0),
+        load=Torque(tau=10.0),
+        sensor=SpeedSensor(),
+    )
 
 
+def current_controlled():
+    """Motor on an inverter and a battery, its current controlled, with a fan."""
+    return in_rows(
+        *("battery.p wire.p", "wire.n battery_i.p", "battery_i.n inverter.dc_p"),
+        *("inverter.p motor_i.p motor_v.p", "motor_i.n motor.p"),
+        "battery.n inverter.dc_n inverter.n motor.n motor_v.n ground.pin",
+        *("motor loadInertia load speed", "motor_i.i i_f.u", "motor_v.v vmot_f.u"),
+        *("battery_i.i ibat_f.u", "speed.w induced.u", "induced.y controller.feed"),
+        *("inverter.v_dc controller.limit", "i_f.y controller.measured"),
+        "controller.y inverter.v",
+        battery=VoltageSource(v=120.0),
+        wire=Resistor(R=0.06),
+        battery_i=CurrentSensor(),
+        inverter=Inverter(T_d=2.5e-4, T_f=1e-3, v_f=120.0, v_out=0.0),
+        motor_i=CurrentSensor(),
+        motor_v=VoltageSensor(),
+        motor=DCMotor(k=K, R=0.05, L=1.5e-3, J=0.15),
+        ground=Ground(),
+        loadInertia=Inertia(J=0.15),
+        load=QuadraticTorque(tau_nominal=-TAU_N, w_nominal=W_N),
+        speed=SpeedSensor(),
+        **{name: Filter(T=1e-3, x=0.0) for name in ("i_f", "vmot_f", "ibat_f")},
+        induced=Gain(k=K),
+        controller=CurrentController(k=0.6, T_i=0.03, wanted=step(TAU_N / K, 0.2), u=0.0),
+    )
+
+
+SPEED = {"k": 110.0, "T_i": 0.1, "wanted": ramp(1.0, 2.0)}
 WRITTEN_OUT = {
-    "drive_current_controlled": CurrentControlled,
-    "drive_speed_pi": Controlled,
-    "drive_speed_pi_sampled": Sampled,
-    "pid_drive": ElasticDrive,
+    "drive_current_controlled": current_controlled,
+    "drive_speed_pi": lambda: controlled(PIController(**SPEED)),
+    "drive_speed_pi_sampled": lambda: controlled(SampledPI(**SPEED, T_s=0.1)),
+    "pid_drive": elastic_drive,
 }

@@ -1,6 +1,7 @@
 """Reference cases of engines and a pendulum, written out."""
 
 import numpy as np
+from rows import in_rows
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia
@@ -51,51 +52,47 @@ class Tilt(lp.Component):
         yield lp.lossless(self.tilt.phi == beta, self.turn, self.tilt)
 
 
-class Engine(lp.Component):
+def engine(*rows, **more):
     """Slider-crank engine without gas: flywheel, crank, connecting rod and piston, with weight."""
+    return in_rows(
+        "inertia.flange_b crank.flange_a crank_top.turn piston_lift.turn rod_lift.turn "
+        "rod_sway.turn rod_tilt.turn",
+        *("crank_top.slide crank_weight.flange", "piston_lift.slide piston.flange_a"),
+        *("piston_weight piston", "rod_lift.slide rod_up.flange_a", "rod_weight rod_up"),
+        *("rod_sway.slide rod_aside.flange_a", "rod_tilt.tilt rod.flange_a"),
+        *rows,
+        inertia=Inertia(J=1.0),
+        crank=Inertia(J=0.0114306736),
+        crank_top=Cosine(radius=1.0),
+        crank_weight=Force(f=-G * 0.131428093),  # static moment, on an arm of 1 m
+        piston_lift=Connecting(share=1.0),
+        piston=Mass(m=6.04756586),
+        piston_weight=Force(f=-G * 6.04756586),
+        rod_lift=Connecting(share=0.5),
+        rod_up=Mass(m=1.848),
+        rod_weight=Force(f=-G * 1.848),
+        rod_sway=Cosine(radius=0.05, phase=np.pi / 2),
+        rod_aside=Mass(m=1.848),
+        rod_tilt=Tilt(),
+        rod=Inertia(J=0.0067144),
+        **more,
+    )
 
-    inertia: Inertia = Inertia(J=1.0)
-    crank: Inertia = Inertia(J=0.0114306736)
-    crank_top: Cosine = Cosine(radius=1.0)
-    crank_weight: Force = Force(f=-G * 0.131428093)  # static moment, on an arm of 1 m
-    piston_lift: Connecting = Connecting(share=1.0)
-    piston: Mass = Mass(m=6.04756586)
-    piston_weight: Force = Force(f=-G * 6.04756586)
-    rod_lift: Connecting = Connecting(share=0.5)
-    rod_up: Mass = Mass(m=1.848)
-    rod_weight: Force = Force(f=-G * 1.848)
-    rod_sway: Cosine = Cosine(radius=0.05, phase=np.pi / 2)
-    rod_aside: Mass = Mass(m=1.848)
-    rod_tilt: Tilt = Tilt()
-    rod: Inertia = Inertia(J=0.0067144)
 
-    def connections(self):
-        lifts = (self.crank_top, self.piston_lift, self.rod_lift, self.rod_sway, self.rod_tilt)
-        yield lp.connect(self.inertia.flange_b, self.crank.flange_a, *(p.turn for p in lifts))
-        yield lp.connect(self.crank_top.slide, self.crank_weight.flange)
-        yield lp.connect(self.piston_lift.slide, self.piston.flange_a, self.piston_weight.flange)
-        yield lp.connect(self.rod_lift.slide, self.rod_up.flange_a, self.rod_weight.flange)
-        yield lp.connect(self.rod_sway.slide, self.rod_aside.flange_a)
-        yield lp.connect(self.rod_tilt.tilt, self.rod.flange_a)
-
-
-class Pendulum(lp.Component):
+def pendulum():
     """Planar body on a damped joint, level at the angle zero."""
-
-    rev: Inertia = Inertia(J=0.001)
-    joint: Damper = Damper(d=0.1)
-    ground: Fixed = Fixed()
-    across: Cosine = Cosine(radius=0.5)
-    up: Cosine = Cosine(radius=0.5, phase=np.pi / 2)
-    body_across: Mass = Mass(m=1.0)
-    body_up: Mass = Mass(m=1.0)
-    weight: Force = Force(f=-G)
-
-    def connections(self):
-        yield from lp.chain(self.ground, self.joint, self.rev)
-        yield lp.connect(self.rev.flange_b, self.across.turn, self.up.turn)
-        yield lp.connect(self.across.slide, self.body_across.flange_a)
-        yield lp.connect(self.up.slide, self.body_up.flange_a, self.weight.flange)
+    return in_rows(
+        *("ground joint rev", "rev.flange_b across.turn up.turn", "weight body_up"),
+        *("across.slide body_across.flange_a", "up.slide body_up.flange_a"),
+        rev=Inertia(J=0.001),
+        joint=Damper(d=0.1),
+        ground=Fixed(),
+        across=Cosine(radius=0.5),
+        up=Cosine(radius=0.5, phase=np.pi / 2),
+        body_across=Mass(m=1.0),
+        body_up=Mass(m=1.0),
+        weight=Force(f=-G),
+    )
 
 
 class GasForce(lp.Component):
@@ -123,18 +120,8 @@ class GasForce(lp.Component):
         yield self.flange.f == pressure * np.pi * 0.1**2 / 4
 
 
-class FiredEngine(Engine):
-    """The same engine with gas force."""
-
-    gas: GasForce = GasForce()
-
-    def connections(self):
-        yield from super().connections()
-        yield lp.connect(self.piston_lift.slide, self.gas.flange)
-
-
 WRITTEN_OUT = {
-    "engine_fired": FiredEngine,
-    "engine_motored": Engine,
-    "pendulum_damped": Pendulum,
+    "engine_fired": lambda: engine("gas piston", gas=GasForce()),
+    "engine_motored": engine,
+    "pendulum_damped": pendulum,
 }

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from checks import assert_close
+from rows import in_rows
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -27,20 +28,16 @@ from lumped.components import (
 from lumped.errors import ParameterError
 
 
-class Loop(lp.Component):
+def loop(controller, load=0.0, J=2.0, w=0.0):
     """A body whose speed is controlled, with a load torque: ``J der(w) = y + load``."""
-
-    controller: lp.Component = PIController(k=10.0, T_i=0.5, wanted=2.0)
-    drive: Torque = Torque()
-    load: Torque = Torque(tau=0.0)
-    body: Inertia = Inertia(J=2.0)
-    sensor: SpeedSensor = SpeedSensor()
-
-    def connections(self):
-        yield lp.connect(self.drive.flange, self.body.flange_a, self.load.flange)
-        yield lp.connect(self.body.flange_b, self.sensor.flange)
-        yield lp.connect(self.sensor.w, self.controller.measured)
-        yield lp.connect(self.controller.y, self.drive.tau)
+    return in_rows(
+        *("drive load body sensor", "sensor.w controller.measured", "controller.y drive.tau"),
+        controller=controller,
+        drive=Torque(),
+        load=Torque(tau=load),
+        body=Inertia(J=J, w=w),
+        sensor=SpeedSensor(),
+    )
 
 
 def run(model, until, grid, **options):
@@ -49,7 +46,7 @@ def run(model, until, grid, **options):
 
 def test_a_p_controller_leaves_the_error_that_the_load_asks_for():
     t = np.linspace(0.0, 3.0, 61)
-    model = Loop(controller=PController(k=10.0, wanted=2.0), load=Torque(tau=-4.0))
+    model = loop(PController(k=10.0, wanted=2.0), load=-4.0)
     expected = (2.0 - 4.0 / 10.0) * (1 - np.exp(-10.0 / 2.0 * t))
     assert_close(run(model, 3.0, t)["body.w"], expected, 1e-9, "speed")
 
@@ -57,7 +54,7 @@ def test_a_p_controller_leaves_the_error_that_the_load_asks_for():
 def test_a_pi_controller_oscillates_as_a_second_order_system():
     t = np.linspace(0.0, 3.0, 61)
     # J s^2 + k s + k / T_i: poles -2.5 +- j sqrt(10 - 6.25); y = k (e + x) from w = x = 0
-    model = Loop(load=Torque(tau=0.0))
+    model = loop(PIController(k=10.0, T_i=0.5, wanted=2.0))
     a, b = 2.5, np.sqrt(10 - 6.25)
     e = np.exp(-a * t) * (np.cos(b * t) + (a - 5.0) / b * np.sin(b * t)) * 2.0
     found = run(model, 3.0, t)
@@ -87,10 +84,8 @@ def test_a_limited_pi_controller_follows_another_integrator():
     down = solve_ivp(rates(-1.0), (3, 6), at_three, t_eval=t[60:], **options)
     w, x = np.hstack([up.y, down.y])
     wanted = lp.ops.where(lp.time >= 3.0, -1.0, 2.0)
-    model = Loop(
-        controller=LimitedPI(k=k, T_i=T_i, N_i=N_i, y_min=low, y_max=high, wanted=wanted),
-        load=Torque(tau=-1.0),
-    )
+    limited = LimitedPI(k=k, T_i=T_i, N_i=N_i, y_min=low, y_max=high, wanted=wanted)
+    model = loop(limited, load=-1.0)
     found = run(model, 6.0, t)
     assert_close(found["body.w"], w, 1e-8, "speed")
     assert_close(found["controller.x"], x, 1e-7, "integral part")
@@ -109,7 +104,7 @@ def test_a_sampled_pi_controller_follows_its_difference_equations(T_s):
         y = k * (x + e)
         expected.append((w, x, y))
         w += T_s * (y + load) / J
-    model = Loop(controller=SampledPI(k=k, T_i=T_i, T_s=T_s, wanted=wanted), load=Torque(tau=load))
+    model = loop(SampledPI(k=k, T_i=T_i, T_s=T_s, wanted=wanted), load)
     after = T_s * (np.arange(count) + 1e-6)
     found = run(model, count * T_s, after)
     w, x, y = np.array(expected).T
@@ -127,22 +122,9 @@ def test_a_jump_at_the_instant_of_a_sample_counts_already(number):
     instant = number / 10
     wanted = lp.ops.where(lp.time >= instant, 1.0, 0.0)
     controller = SampledPI(k=1.0, T_i=1e9, T_s=0.1, wanted=wanted)
-    model = Loop(controller=controller, body=Inertia(J=1e9))
+    model = loop(controller, J=1e9)
     received = run(model, 3.0, [instant - 0.01, instant + 0.01])["controller.y"]
     assert received == pytest.approx([0.0, 1.0], abs=1e-6)
-
-
-class Axis(lp.Component):
-    """An axis that moves with the speed that its position controller wants."""
-
-    controller: SquareRootController = SquareRootController(K=8.0, a=3.0, wanted=0.0)
-    drive: Speed = Speed()
-    sensor: AngleSensor = AngleSensor()
-
-    def connections(self):
-        yield lp.connect(self.controller.y, self.drive.w)
-        yield lp.connect(self.drive.flange, self.sensor.flange)
-        yield lp.connect(self.sensor.phi, self.controller.measured)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -156,7 +138,13 @@ def test_an_axis_brakes_evenly_and_then_settles_exponentially(side):
     settling = e_0 * np.exp(-K * (t - near))
     expected = -side * np.where(t < near, braking, settling)
     begin = {"drive.flange.phi": -side * e_far}
-    received = run(Axis(), 2.0, t, start=begin)["sensor.phi"]
+    axis = in_rows(
+        *("drive sensor", "controller.y drive.w", "sensor.phi controller.measured"),
+        controller=SquareRootController(K=K, a=a, wanted=0.0),
+        drive=Speed(),
+        sensor=AngleSensor(),
+    )
+    received = run(axis, 2.0, t, start=begin)["sensor.phi"]
     assert_close(received, expected, 1e-8, "position")
 
 
@@ -238,7 +226,7 @@ def test_a_move_covers_its_distance_within_its_limits(distance, moving):
 def test_a_drive_that_rests_exactly_at_its_limit_does_not_chatter():
     """The wanted torque tends to the limit, where rounding decides on which side it lies."""
     controller = LimitedPI(k=100.0, T_i=1e9, y_min=-12.0, y_max=12.0, wanted=0.12)
-    model = Loop(controller=controller, load=Torque(tau=-12.0), body=Inertia(J=1.0, w=0.01))
+    model = loop(controller, load=-12.0, J=1.0, w=0.01)
     for method in ("explicit", "implicit"):
         found = run(model, 50.0, 100, method=method)
         assert len(found.events) <= 5

@@ -4,6 +4,8 @@ import control
 import numpy as np
 import pytest
 import scipy.signal
+from checks import refused
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import (
@@ -100,35 +102,15 @@ def test_the_poles_of_a_transfer_function_are_the_zeros_of_its_denominator():
 
 def test_a_controller_designed_there_closes_the_loop_here_as_feedback_does_there():
     plant = {"a": Inertia(J=2.0), "s": SpringDamper(c=300.0, d=0.4), "l": Inertia(J=5.0)}
-    motor = Torque(tau=0.0)
-    sensor = SpeedSensor()
-
-    def shafts(m):
-        return [
-            lp.connect(m.motor.flange, m.a.flange_a),
-            lp.connect(m.a.flange_b, m.s.flange_a),
-            lp.connect(m.s.flange_b, m.l.flange_a),
-            lp.connect(m.l.flange_b, m.sensor.flange),
-        ]
-
-    opened = lp.assemble(lp.compose(**plant, motor=motor, sensor=sensor, connections=shafts))
+    row, plant = "motor a s l sensor", plant | {"sensor": SpeedSensor()}
+    opened = assemble_rows(row, **plant, motor=Torque(tau=0.0))
     there = lp.linearise(opened, inputs=["motor.tau"], outputs=["sensor.w"]).to_control()
     designed = control.tf([3.0, 4.0], [0.02, 1.0, 0.1])
     for block in (TransferFunction.of(designed), StateSpaceBlock.of(-control.ss(designed))):
         sign = 1.0 if isinstance(block, StateSpaceBlock) else -1.0
         law = -designed if sign > 0 else designed
-        model = lp.compose(
-            **plant,
-            motor=Torque(),
-            sensor=sensor,
-            c=block,
-            connections=lambda m: [
-                *shafts(m),
-                lp.connect(m.sensor.w, m.c.u),
-                lp.connect(m.c.y, m.motor.tau),
-            ],
-        )
-        closed = lp.assemble(model)
+        joints = ("sensor.w c.u", "c.y motor.tau")
+        closed = assemble_rows(row, *joints, **plant, motor=Torque(), c=block)
         found = np.linalg.eigvals(lp.linearise(closed).A)
         poles = control.feedback(there, control.ss(law), sign=1).poles()
         poles = poles[np.abs(poles) > 1e-8]  # the angle of the whole drive
@@ -181,9 +163,7 @@ def test_one_signal_through_a_sampled_state_space_and_a_sampled_transfer_functio
     ],
 )
 def test_what_is_no_block_is_told_with_its_path(block, hints):
-    with pytest.raises(LumpedError) as caught:
-        lp.assemble(lp.compose(b=block.with_({"u": 1.0})))
-    assert all(hint in str(caught.value) for hint in hints), caught.value
+    refused(LumpedError, lambda: lp.assemble(lp.compose(b=block.with_({"u": 1.0}))), *hints)
 
 
 @pytest.mark.parametrize(
@@ -201,6 +181,4 @@ def test_what_is_no_block_is_told_with_its_path(block, hints):
     ],
 )
 def test_a_system_of_another_kind_is_refused(take, hints):
-    with pytest.raises(DeclarationError) as caught:
-        take()
-    assert all(hint in str(caught.value) for hint in hints), caught.value
+    refused(DeclarationError, take, *hints)

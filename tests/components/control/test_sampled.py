@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from rows import assemble_rows, in_rows
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import (
@@ -33,16 +33,11 @@ def between(period, until):
 @pytest.mark.parametrize("order", list(itertools.permutations("abc")))
 def test_a_value_passes_through_all_that_sample_then_in_any_order_of_the_parts(order):
     """As an algorithm does; one that hands on what was there before is late by a period."""
-    joined = lambda m: [  # noqa: E731
-        lp.connect(m.a.y, m.gain.u),
-        lp.connect(m.gain.y, m.b.u),
-        lp.connect(m.b.y, m.c.u),
-    ]
     parts = {name: SampleHold(T_s=0.1) for name in order}
     parts["a"] = SampleHold(T_s=0.1, u=SIGNAL)
-    model = lp.compose(**parts, gain=Gain(k=2.0), connections=joined)
+    system = assemble_rows("a.y gain.u", "gain.y b.u", "b.y c.u", **parts, gain=Gain(k=2.0))
     t = between(0.1, 2.0)
-    run = lp.simulate(lp.assemble(model), until=2.0, grid=t)
+    run = lp.simulate(system, until=2.0, grid=t)
     at = np.floor(t / 0.1) * 0.1
     for name, factor in (("a", 1), ("b", 2), ("c", 2)):
         error = np.abs(run[f"{name}.y"] - factor * signal(at)).max()
@@ -63,13 +58,10 @@ def test_a_run_that_begins_later_samples_at_the_next_instant(begin):
 
 
 def test_a_slower_one_takes_every_third_value():
-    model = lp.compose(
-        fast=SampleHold(T_s=0.25, u=SIGNAL),
-        slow=SampleHold(T_s=0.75, start_time=0.5),
-        connections=lambda m: [lp.connect(m.fast.y, m.slow.u)],
-    )
+    fast, slow = SampleHold(T_s=0.25, u=SIGNAL), SampleHold(T_s=0.75, start_time=0.5)
+    system = assemble_rows("fast.y slow.u", fast=fast, slow=slow)
     t = between(0.25, 5.0)
-    run = lp.simulate(lp.assemble(model), until=5.0, grid=t, start={"slow.held": -7.0})
+    run = lp.simulate(system, until=5.0, grid=t, start={"slow.held": -7.0})
     last = 0.5 + 0.75 * np.floor((t - 0.5) / 0.75)
     expected = np.where(t < 0.5, -7.0, signal(last))
     assert run["slow.y"] == pytest.approx(expected, abs=1e-12)
@@ -78,13 +70,13 @@ def test_a_slower_one_takes_every_third_value():
 def test_sampled_controllers_in_cascade_use_the_newest_value():
     """The inner one takes what the outer one puts out at the same instant."""
     k, T_i, T_s = (2.0, 0.5), (0.4, 0.3), 0.05
-    model = lp.compose(
+    system = assemble_rows(
+        "outer.y inner.wanted",
         outer=SampledPI(k=k[0], T_i=T_i[0], T_s=T_s, wanted=SIGNAL, measured=0.3),
         inner=SampledPI(k=k[1], T_i=T_i[1], T_s=T_s, measured=0.1),
-        connections=lambda m: [lp.connect(m.outer.y, m.inner.wanted)],
     )
     t = between(T_s, 1.0)
-    run = lp.simulate(lp.assemble(model), until=1.0, grid=t)
+    run = lp.simulate(system, until=1.0, grid=t)
     x, rows = [0.0, 0.0], []
     for n in range(len(t)):
         row, value = [], float(signal(n * T_s))
@@ -100,12 +92,9 @@ def test_sampled_controllers_in_cascade_use_the_newest_value():
 
 
 def test_an_integrator_integrates():
-    model = lp.compose(
-        area=Integrator(u=lp.ops.cos(2 * lp.time), k=3.0, x=0.5),
-        drift=Integrator(),
-        connections=lambda m: [lp.connect(m.area.y, m.drift.u)],
-    )
-    run = lp.simulate(lp.assemble(model), until=4.0, rtol=1e-10, atol=1e-12)
+    area = Integrator(u=lp.ops.cos(2 * lp.time), k=3.0, x=0.5)
+    system = assemble_rows("area.y drift.u", area=area, drift=Integrator())
+    run = lp.simulate(system, until=4.0, rtol=1e-10, atol=1e-12)
     assert run["area.y"] == pytest.approx(0.5 + 1.5 * np.sin(2 * run.t), abs=1e-9)
     expected = 0.5 * run.t + 0.75 * (1 - np.cos(2 * run.t))
     assert run["drift.y"] == pytest.approx(expected, abs=1e-9)
@@ -113,25 +102,11 @@ def test_an_integrator_integrates():
 
 def test_a_ring_within_one_instant_is_solved_as_a_loop():
     """``y = y / 2 + 1 + t`` at each sample."""
-    model = in_rows(
-        "sum.y hold.u", "hold.y sum.a", sum=Sum(b=1.0 + lp.time, k_a=0.5), hold=SampleHold(T_s=0.1)
-    )
+    added, hold = Sum(b=1.0 + lp.time, k_a=0.5), SampleHold(T_s=0.1)
+    system = assemble_rows("sum.y hold.u", "hold.y sum.a", sum=added, hold=hold)
     t = between(0.1, 1.0)
-    run = lp.simulate(lp.assemble(model), until=1.0, grid=t)
+    run = lp.simulate(system, until=1.0, grid=t)
     assert run["hold.y"] == pytest.approx(2 * (1 + np.floor(t / 0.1) * 0.1), rel=1e-12)
-
-
-def loop():
-    """A body of 2 kg.m2 that is brought to 10 rad/s by a sampled controller."""
-    return assemble_rows(
-        "drive body sensor",
-        "sensor.w controller.measured",
-        "controller.y drive.tau",
-        controller=SampledPI(k=20.0, T_i=0.4, T_s=0.05, wanted=10.0),
-        drive=Torque(),
-        body=Inertia(J=2.0),
-        sensor=SpeedSensor(),
-    )
 
 
 def stepped(k, T_i, T_s, J, until):
@@ -147,7 +122,14 @@ def stepped(k, T_i, T_s, J, until):
 
 def test_derivatives_by_gains_and_sampling_time_are_those_of_the_difference_equations():
     rated = {"controller.k": 20.0, "controller.T_i": 0.4, "controller.T_s": 0.05, "body.J": 2.0}
-    found = lp.sensitivity(loop(), of=["body.w"], by=list(rated), until=0.52, rtol=1e-10)
+    system = assemble_rows(
+        *("drive body sensor", "sensor.w controller.measured", "controller.y drive.tau"),
+        controller=SampledPI(k=20.0, T_i=0.4, T_s=0.05, wanted=10.0),
+        drive=Torque(),
+        body=Inertia(J=2.0),
+        sensor=SpeedSensor(),
+    )
+    found = lp.sensitivity(system, of=["body.w"], by=list(rated), until=0.52, rtol=1e-10)
     for i, name in enumerate(rated):
         moved = [value + 1e-20j * (i == j) for j, value in enumerate(rated.values())]
         expected = stepped(*moved, 0.52).imag / 1e-20

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import (
@@ -48,13 +49,13 @@ def test_a_switch_takes_the_first_signal_while_the_command_is_above_one_half():
 
 def test_a_latch_remembers_and_does_not_mind_a_signal_that_falls_back():
     # sin t rises through 0.5 at pi/6 and through 0.9 at asin 0.9, and then again each turn
-    model = lp.compose(
+    system = assemble_rows(
+        "wave.y latch.u memory.u",
         wave=Sine(amplitude=1.0, frequency=1 / (2 * np.pi)),
         latch=Latch(on=0.5, off=0.9),
         memory=Latch(on=0.5),
-        connections=lambda m: [lp.connect(m.wave.y, m.latch.u, m.memory.u)],
     )
-    run = lp.simulate(lp.assemble(model), until=4 * np.pi, grid=1000, rtol=1e-10)
+    run = lp.simulate(system, until=4 * np.pi, grid=1000, rtol=1e-10)
     turn = run.t % (2 * np.pi)
     closed = (turn > np.pi / 6) & (turn < np.arcsin(0.9))
     near = np.abs(turn[:, None] - [np.pi / 6, np.arcsin(0.9)]).min(axis=1) < 1e-6
@@ -91,12 +92,9 @@ class Ramp(lp.Component):
 
 
 def test_who_leaves_at_the_end_of_the_dwell_has_been_there_long_enough():
-    model = lp.compose(
-        ramp=Ramp(),
-        part=PositionSequencer(targets=(0.0, 5.0), tolerance=0.25, dwell=0.25),
-        connections=lambda m: [lp.connect(m.ramp.y, m.part.measured)],
-    )
-    run = lp.simulate(lp.assemble(model), until=1.0)
+    part = PositionSequencer(targets=(0.0, 5.0), tolerance=0.25, dwell=0.25)
+    system = assemble_rows("ramp.y part.measured", ramp=Ramp(), part=part)
+    run = lp.simulate(system, until=1.0)
     assert run["part.step"][-1] == 1.0
     assert run["part.held"][-1] == 0.0
 
@@ -107,24 +105,17 @@ def steps(run, part="part"):
     return run.t[wanted]
 
 
-class Table(lp.Component):
-    """A table that moves with the speed that a proportional controller of 5 1/s wants."""
-
-    part: PositionSequencer = PositionSequencer(targets=(1.0, -0.5, 2.0), tolerance=0.01, dwell=0.3)
-    control: SquareRootController = SquareRootController(K=5.0, a=1e30)
-    drive: Speed = Speed()
-    sensor: AngleSensor = AngleSensor()
-
-    def connections(self):
-        yield lp.connect(self.part.y, self.control.wanted)
-        yield lp.connect(self.control.y, self.drive.w)
-        yield lp.connect(self.drive.flange, self.sensor.flange)
-        yield lp.connect(self.sensor.phi, self.control.measured, self.part.measured)
-
-
 def test_a_sequencer_steps_on_after_the_way_to_each_target_and_its_dwell():
     """The error falls as ``exp(-5 t)``: it is within 0.01 after ``ln(|way| / 0.01) / 5``."""
-    run = lp.simulate(lp.assemble(Table()), until=8.0, grid=500, rtol=1e-11)
+    system = assemble_rows(
+        *("part.y control.wanted", "control.y drive.w", "drive sensor"),
+        "sensor.phi control.measured part.measured",
+        part=PositionSequencer(targets=(1.0, -0.5, 2.0), tolerance=0.01, dwell=0.3),
+        control=SquareRootController(K=5.0, a=1e30),
+        drive=Speed(),
+        sensor=AngleSensor(),
+    )
+    run = lp.simulate(system, until=8.0, grid=500, rtol=1e-11)
     at, place, expected = 0.0, 0.0, []
     for target in (1.0, -0.5, 2.0):
         way = target - place

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from checks import assert_close
+from rows import assemble_rows
 from scipy.integrate import cumulative_trapezoid
 
 import lumped as lp
@@ -128,21 +129,15 @@ def test_an_expression_of_the_time_becomes_a_signal():
 
 
 def test_one_signal_drives_a_torque_and_a_speed():
-    class Fan(lp.Component):
-        """A signal with two sinks: J der(w_a) = y, w_b = y."""
-
-        signal: Sine = Sine(amplitude=2.0, frequency=0.5)
-        torque: Torque = Torque()
-        a: Inertia = Inertia(J=0.5)
-        speed: Speed = Speed()
-        b: Inertia = Inertia(J=3.0)
-
-        def connections(self):
-            yield lp.connect(self.signal.y, self.torque.tau, self.speed.w)
-            yield from lp.chain(self.torque, self.a)
-            yield from lp.chain(self.speed, self.b)
-
-    found = lp.simulate(lp.assemble(Fan()), until=2.0, rtol=1e-11, grid=GRID)
+    system = assemble_rows(
+        *("signal.y torque.tau speed.w", "torque a", "speed b"),
+        signal=Sine(amplitude=2.0, frequency=0.5),
+        torque=Torque(),
+        a=Inertia(J=0.5),
+        speed=Speed(),
+        b=Inertia(J=3.0),
+    )
+    found = lp.simulate(system, until=2.0, rtol=1e-11, grid=GRID)
     assert_close(found["a.w"], 4.0 / np.pi * (1 - np.cos(np.pi * GRID)), 1e-10, "speed by torque")
     assert_close(found["b.w"], 2.0 * np.sin(np.pi * GRID), 1e-14, "speed by prescription")
     assert_close(found["speed.flange.tau"], -6.0 * np.pi * np.cos(np.pi * GRID), 1e-14, "torque")

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import scipy
-from rows import assemble_row, assemble_rows, in_a_row
+from rows import assemble_row, in_a_row
 from torsional_cases import RPM, columns
 
 import lumped as lp
@@ -33,25 +33,20 @@ FAN = QuadraticTorque(tau_nominal=RATED[0], w_nominal=RATED[1])
 def drive(motor=FAN, **coupling):
     """Two inertias and a coupling under torques on both sides."""
     given = {"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **coupling}
-    return assemble_rows(
-        "engine coupling load brake",
-        "engine.flange_a motor.flange gas",
+    return assemble_row(
+        motor=motor,
+        gas=Torque(tau=0.0),
         engine=Inertia(J=J1),
         coupling=ElasticCoupling(**given),
         load=Inertia(J=J2),
-        motor=motor,
-        gas=Torque(tau=0.0),
         brake=Torque(tau=0.0),
     )
 
 
 def wound(**coupling):
     """A coupling that a source of speed winds up."""
-    return assemble_row(
-        wall=Fixed(),
-        part=ElasticCoupling(**{"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **coupling}),
-        drive=Speed(w=0.0),
-    )
+    given = {"stiffness": ROWS, "psi": 0.8, "w_loss": 90.0, **coupling}
+    return assemble_row(wall=Fixed(), part=ElasticCoupling(**given), drive=Speed(w=0.0))
 
 
 def twisted(angle, **coupling):
@@ -201,14 +196,13 @@ def test_factors_over_the_frequency_hold_at_each_order():
 
 def test_a_run_loses_what_the_response_says_at_the_stated_frequency():
     w = 2 * 70.0
-    model = lp.compose(
+    model = in_a_row(
+        gas=Torque(tau=0.0),
         engine=Inertia(J=J1, w=0.0),
         coupling=ElasticCoupling(stiffness=((0, 8e4), (3000, 8e4)), psi=0.8, w_loss=w),
         load=Inertia(J=J2),
-        gas=Torque(tau=0.0),
         bearing=Damper(d=3.0),
         ground=Fixed(),
-        connections=lambda m: lp.chain(m.gas, m.engine, m.coupling, m.load, m.bearing, m.ground),
     )
     response = lp.vibration.order_response(
         lp.assemble(model), speeds=[70.0], of=["coupling.tau"], excitations={"gas.tau": {2: 600.0}}

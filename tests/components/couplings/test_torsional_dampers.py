@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from rows import assemble_rows
+from rows import assemble_row
 from torsional_cases import columns
 
 import lumped as lp
@@ -18,14 +18,12 @@ from lumped.errors import OptionError, ParameterError
 
 def drive(damper, torque=0.0):
     """An inertia of 1 on a spring of 1 to the ground, with a damper."""
-    return assemble_rows(
-        "torque main spring ground",
-        "main.flange_a damper",
-        main=Inertia(J=1.0),
+    return assemble_row(
+        torque=Torque(tau=torque),
         damper=damper,
+        main=Inertia(J=1.0),
         spring=Spring(c=1.0),
         ground=Fixed(),
-        torque=Torque(tau=torque),
     )
 
 

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from checks import assert_close
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import (
@@ -70,46 +71,35 @@ def test_a_source_of_current_charges_a_capacitor_evenly():
 
 def test_a_divider_divides_and_a_voltmeter_takes_nothing():
     """The upper resistor is a starter that is turned down."""
-
-    class Divider(lp.Component):
-        """Two resistors and a voltmeter."""
-
-        source: VoltageSource = VoltageSource(v=24.0)
-        upper: VariableResistor = VariableResistor(R=10.0 - 20.0 * lp.time)
-        lower: Resistor = Resistor(R=30.0)
-        meter: VoltageSensor = VoltageSensor()
-        ground: Ground = Ground()
-
-        def connections(self):
-            yield lp.connect(self.source.p, self.upper.p)
-            yield lp.connect(self.upper.n, self.lower.p, self.meter.p)
-            yield lp.connect(self.lower.n, self.meter.n, self.source.n, self.ground.pin)
-
-    run = lp.simulate(lp.assemble(Divider()), until=0.5, grid=T)
+    system = assemble_rows(
+        *("source.p upper.p", "upper.n lower.p meter.p", "lower.n meter.n source.n ground.pin"),
+        source=VoltageSource(v=24.0),
+        upper=VariableResistor(R=10.0 - 20.0 * lp.time),
+        lower=Resistor(R=30.0),
+        meter=VoltageSensor(),
+        ground=Ground(),
+    )
+    run = lp.simulate(system, until=0.5, grid=T)
     assert_close(run["meter.v"], 24.0 * 30.0 / (40.0 - 20.0 * T), 1e-14, "voltage")
     assert_close(run["source.i"], 24.0 / (40.0 - 20.0 * T), 1e-14, "current")
 
 
-class Chopper(lp.Component):
+def chopper(v):
     """A load on an inverter on a battery."""
-
-    battery: VoltageSource = VoltageSource(v=120.0)
-    inside: Resistor = Resistor(R=0.5)
-    inverter: Inverter = Inverter(T_d=1e-3, T_f=2e-3, v=60.0, v_f=120.0)
-    load: Resistor = Resistor(R=3.0)
-    ground: Ground = Ground()
-
-    def connections(self):
-        yield lp.connect(self.battery.p, self.inside.p)
-        yield lp.connect(self.inside.n, self.inverter.dc_p)
-        yield lp.connect(self.inverter.p, self.load.p)
-        returns = (self.battery.n, self.inverter.dc_n, self.inverter.n, self.load.n)
-        yield lp.connect(*returns, self.ground.pin)
+    return assemble_rows(
+        *("battery.p inside.p", "inside.n inverter.dc_p", "inverter.p load.p"),
+        "battery.n inverter.dc_n inverter.n load.n ground.pin",
+        battery=VoltageSource(v=120.0),
+        inside=Resistor(R=0.5),
+        inverter=Inverter(T_d=1e-3, T_f=2e-3, v=v, v_f=120.0),
+        load=Resistor(R=3.0),
+        ground=Ground(),
+    )
 
 
 def test_an_inverter_balances_power_with_its_battery():
     """``(120 - i / 2) i = 60^2 / 3`` in steady state; the smaller current is the stable one."""
-    run = lp.simulate(lp.assemble(Chopper()), until=0.1, grid=[0.1], rtol=1e-9)
+    run = lp.simulate(chopper(60.0), until=0.1, grid=[0.1], rtol=1e-9)
     i = 120.0 - np.sqrt(120.0**2 - 2 * 1200.0)
     assert_close(run["inverter.i_dc"][-1], i, 1e-9, "battery current")
     assert_close(run["inverter.v_dc"][-1], 120.0 - i / 2, 1e-9, "direct voltage")
@@ -118,7 +108,6 @@ def test_an_inverter_balances_power_with_its_battery():
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_an_inverter_gives_no_more_than_its_direct_voltage(side):
     """With the load on the full voltage the battery sees ``R_i + R``, whatever the sign."""
-    model = Chopper(inverter=Inverter(T_d=1e-3, T_f=2e-3, v=side * 500.0, v_f=120.0))
-    run = lp.simulate(lp.assemble(model), until=0.2, grid=[0.2], rtol=1e-9)
+    run = lp.simulate(chopper(side * 500.0), until=0.2, grid=[0.2], rtol=1e-9)
     assert_close(run["inverter.v_out"][-1], side * 120.0 * 3.0 / 3.5, 1e-9, "voltage")
     assert_close(run["inverter.i_dc"][-1], 120.0 / 3.5, 1e-9, "battery current")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from checks import assert_close
+from rows import assemble_row, assemble_rows
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -142,16 +143,6 @@ def test_a_shunt_motor_follows_another_integrator():
 # -- induction motor ---------------------------------------------------------------------------
 
 
-class Mains(lp.Component):
-    """An induction motor and its load."""
-
-    motor: InductionMotor = InductionMotor(w_s=157.08, tau_k=60.0, s_k=0.2, J=0.05)
-    load: lp.Component = fan(4e-4)
-
-    def connections(self):
-        yield lp.connect(self.motor.flange, self.load.flange)
-
-
 @pytest.mark.parametrize("a", [0.0, 0.6, 1.0])
 @pytest.mark.parametrize("w_s", [157.08, -104.72])
 def test_an_induction_motor_starts_along_the_curve_of_kloss(a, w_s):
@@ -165,23 +156,11 @@ def test_an_induction_motor_starts_along_the_curve_of_kloss(a, w_s):
 
     expected = solve_ivp(rates, (0, 1.5), [0.0], "DOP853", t, rtol=1e-12, atol=1e-11).y[0]
     motor = InductionMotor(w_s=w_s, tau_k=tau_k, s_k=s_k, a=a, J=J)
-    run = lp.simulate(lp.assemble(Mains(motor=motor)), until=1.5, grid=t, rtol=1e-10)
+    run = lp.simulate(assemble_row(motor=motor, load=fan(c)), until=1.5, grid=t, rtol=1e-10)
     assert_close(run["motor.w"], expected, 1e-8, "speed")
 
 
 # -- converter drives --------------------------------------------------------------------------
-
-
-class Hoist(lp.Component):
-    """A torque-controlled drive and a body."""
-
-    drive: ConverterDrive = ConverterDrive(
-        tau_max=50.0, P_max=3000.0, T=0.01, J=0.1, wanted=lp.ops.table([0.0, 2.0, 2.0], [80, 80, 5])
-    )
-    body: Inertia = Inertia(J=0.4)
-
-    def connections(self):
-        yield lp.connect(self.drive.flange, self.body.flange_a)
 
 
 def test_a_converter_drive_keeps_to_constant_torque_and_constant_power():
@@ -197,32 +176,32 @@ def test_a_converter_drive_keeps_to_constant_torque_and_constant_power():
     at_two = solve_ivp(rates, (0, 2 - 1e-14), [0, 0], "DOP853", rtol=1e-11, atol=1e-10).y[:, -1]
     second = solve_ivp(rates, (2, 3), at_two, "DOP853", t[80:], rtol=1e-11, atol=1e-10)
     expected = np.hstack([first.y, second.y])
-    run = lp.simulate(lp.assemble(Hoist()), until=3.0, grid=t, rtol=1e-10)
+    wanted = lp.ops.table([0.0, 2.0, 2.0], [80, 80, 5])
+    drive = ConverterDrive(tau_max=50.0, P_max=3000.0, T=0.01, J=0.1, wanted=wanted)
+    system = assemble_row(drive=drive, body=Inertia(J=0.4))
+    run = lp.simulate(system, until=3.0, grid=t, rtol=1e-10)
     assert_close(run["drive.w"], expected[0], 1e-7, "speed")
     assert_close(run["drive.tau"], expected[1], 1e-6, "torque")
     power = (run["drive.tau"] * run["drive.w"])[60:80]
     assert power == pytest.approx(3000.0, rel=0.02)  # the loop lags by 10 ms
 
 
-class Shared(lp.Component):
-    """Two speed-controlled drives on the ends of one shaft, and a load between."""
-
-    left: SpeedDrive = SpeedDrive(
-        wanted=100.0, tau_max=500.0, P_max=1e5, T=5e-3, J=1.0, k=50.0, T_i=0.2, droop=0.01
+def shared(right, *rows, **more):
+    """Two speed-controlled drives on the ends of one shaft, and a load at the right one."""
+    given = {"tau_max": 500.0, "P_max": 1e5, "T": 5e-3, "J": 1.0, "k": 50.0, "T_i": 0.2}
+    return assemble_rows(
+        "left shaft right load",
+        *rows,
+        left=SpeedDrive(wanted=100.0, droop=0.01, **given),
+        right=SpeedDrive(droop=0.03, **given, **right),
+        shaft=SpringDamper(c=1e5, d=50.0),
+        load=Torque(tau=-240.0),
+        **more,
     )
-    right: SpeedDrive = SpeedDrive(
-        wanted=100.0, tau_max=500.0, P_max=1e5, T=5e-3, J=1.0, k=50.0, T_i=0.2, droop=0.03
-    )
-    shaft: SpringDamper = SpringDamper(c=1e5, d=50.0)
-    load: Torque = Torque(tau=-240.0)
-
-    def connections(self):
-        yield from lp.chain(self.left.flange, self.shaft, self.right.flange)
-        yield lp.connect(self.load.flange, self.right.flange)
 
 
 def test_droop_shares_a_load_against_the_slopes_of_the_drives():
-    run = lp.simulate(lp.assemble(Shared()), until=20.0, grid=[20.0], rtol=1e-9)
+    run = lp.simulate(shared({"wanted": 100.0}), until=20.0, grid=[20.0], rtol=1e-9)
     received = [run[f"{name}.tau"][-1] for name in ("left", "right")]
     expected = pytest.approx([180.0, 60.0], rel=1e-6)  # 0.01 tau_l = 0.03 tau_r, sum 240
     assert received == expected
@@ -230,23 +209,14 @@ def test_droop_shares_a_load_against_the_slopes_of_the_drives():
 
 
 def test_a_load_share_trim_brings_the_torques_to_their_shares():
-    class Trimmed(Shared):
-        """The right drive is trimmed to 40 % of the load."""
-
-        right: SpeedDrive = SpeedDrive(
-            tau_max=500.0, P_max=1e5, T=5e-3, J=1.0, k=50.0, T_i=0.2, droop=0.03
-        )
-        wanted: Sum = Sum(a=100.0)
-        trim: LoadShare = LoadShare(share=0.4, k=0.002, T_i=0.1, y_max=5.0)
-
-        def connections(self):
-            yield from super().connections()
-            yield lp.connect(self.left.tau_meas, self.trim.other)
-            yield lp.connect(self.right.tau_meas, self.trim.own)
-            yield lp.connect(self.trim.y, self.wanted.b)
-            yield lp.connect(self.wanted.y, self.right.wanted)
-
-    run = lp.simulate(lp.assemble(Trimmed()), until=60.0, grid=[60.0], rtol=1e-9)
+    system = shared(
+        {},
+        *("left.tau_meas trim.other", "right.tau_meas trim.own"),
+        *("trim.y wanted.b", "wanted.y right.wanted"),
+        wanted=Sum(a=100.0),
+        trim=LoadShare(share=0.4, k=0.002, T_i=0.1, y_max=5.0),
+    )
+    run = lp.simulate(system, until=60.0, grid=[60.0], rtol=1e-9)
     received = [run[f"{name}.tau"][-1] for name in ("left", "right")]
     assert received == pytest.approx([144.0, 96.0], rel=1e-6)
     # left: w = 100 - 0.01 144; right: w = 100 + y - 0.03 96

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rows import in_a_row, in_rows
+from rows import assemble_rows, in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -27,14 +27,13 @@ class HotDamper(Heated, Damper):
 
 def test_two_bodies_share_their_heat():
     c, g = (2.0, 3.0), 0.5
-    model = in_rows(
-        "hot.port wall.port_a",
-        "wall.port_b cold.port",
+    system = assemble_rows(
+        *("hot.port wall.port_a", "wall.port_b cold.port"),
         hot=HeatCapacitor(C=c[0], T=400.0),
         wall=ThermalConductor(G=g),
         cold=HeatCapacitor(C=c[1], T=300.0),
     )
-    run = lp.simulate(lp.assemble(model), until=10.0, rtol=1e-9)
+    run = lp.simulate(system, until=10.0, rtol=1e-9)
     mean = (c[0] * 400 + c[1] * 300) / sum(c)
     fading = 100 * np.exp(-g * (1 / c[0] + 1 / c[1]) * run.t)
     assert run["hot.T"] == pytest.approx(mean + c[1] / sum(c) * fading, rel=1e-9)
@@ -42,15 +41,14 @@ def test_two_bodies_share_their_heat():
 
 
 def test_a_heated_body_approaches_the_temperature_at_which_it_loses_as_much():
-    model = in_rows(
-        "source.port body.port cooling.port_a",
-        "cooling.port_b air.port",
+    system = assemble_rows(
+        *("source.port body.port cooling.port_a", "cooling.port_b air.port"),
         source=HeatFlow(Q=20.0),
         body=HeatCapacitor(C=4.0),
         cooling=ThermalConductor(G=0.8),
         air=FixedTemperature(T=280.0),
     )
-    run = lp.simulate(lp.assemble(model), until=30.0, rtol=1e-9, start={"body.T": 280.0})
+    run = lp.simulate(system, until=30.0, rtol=1e-9, start={"body.T": 280.0})
     expected = 280.0 + 20.0 / 0.8 * (1 - np.exp(-0.8 / 4.0 * run.t))
     assert run["body.T"] == pytest.approx(expected, rel=1e-9)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rows import in_a_row, in_rows
+from rows import assemble_rows, in_a_row
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -190,18 +190,15 @@ def test_a_synchronous_motor_swings_as_in_axes_that_stand_still():
 
 
 def test_field_orientation_gives_the_torque_of_the_current_across_the_magnets():
-    model = in_rows(
-        "along.y motor.v_d",
-        "across.y motor.v_q",
-        "motor.i_d_meas along.measured",
-        "motor.i_q_meas across.measured",
-        "motor load",
+    system = assemble_rows(
+        *("along.y motor.v_d", "motor.i_d_meas along.measured", "motor load"),
+        *("across.y motor.v_q", "motor.i_q_meas across.measured"),
         motor=SynchronousMotor(**MAGNETS),
         along=PIController(k=4.0, T_i=0.013, wanted=-3.0),
         across=PIController(k=7.0, T_i=0.023, wanted=20.0),
         load=Speed(w=50.0),
     )
-    run = lp.simulate(lp.assemble(model), until=1.0, grid=[1.0], rtol=1e-10)
+    run = lp.simulate(system, until=1.0, grid=[1.0], rtol=1e-10)
     # salient poles add (L_d - L_q) i_d
     expected = 1.5 * 3 * (0.12 + 3e-3 * 3.0) * 20.0
     assert run["motor.tau"][-1] == pytest.approx(expected, rel=1e-8)

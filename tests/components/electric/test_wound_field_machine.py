@@ -1,7 +1,5 @@
 """Machine with field winding: closed forms of faults and of synchronisation, energy, bad input."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import scipy
@@ -26,7 +24,6 @@ from lumped.errors import ConnectError, EquationError, ParameterError
 from lumped.models.turbine_generator.drive import BASE, STANDARD, Generator
 from lumped.models.turbine_generator.scenes import run_reclosing
 
-DATA = Path(__file__).parents[2] / "data" / "torsional" / "03_ieee_first_benchmark"
 NONE = 1e-10  # pu  resistance where the closed form has none
 X_D, X_Q = STANDARD["X_d"][-1], STANDARD["X_q"][-1]
 
@@ -126,13 +123,6 @@ def test_without_resistance_a_line_to_line_fault_follows_the_closed_form(th0):
     received = torque(Isolated(gen=without_resistance()), th0, X, free=["gen.v_f"])
     error = np.abs(received - two_phase(X, th0)).max()
     assert error < 1e-6
-
-
-def test_both_closed_forms_are_those_of_the_table():
-    table = np.genfromtxt(DATA / "closed_form_check.csv", delimiter=",", names=True)
-    x = BASE.w * table["t_s"]
-    assert three_phase(x) == pytest.approx(table["three_phase_pu"], abs=1e-8)
-    assert two_phase(x, -np.pi / 2) == pytest.approx(table["line_to_line_va_max_pu"], abs=1e-8)
 
 
 def test_without_saliency_the_worst_line_to_line_fault_is_a_third_higher():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from checks import worst
+from checks import refused, worst
 from rows import assemble_rows, in_a_row
 
 import lumped as lp
@@ -61,16 +61,6 @@ class TestKinematics:
         assert np.abs(turned).max() < 1e-14
         assert worst(run["parts[0].w_rod"], -w * R * np.cos(q) / (L * np.cos(psi))) < 1e-12
 
-    def test_acceleration_has_the_harmonics_of_the_connecting_rod(self):
-        degrees = np.arange(0.0, 360.0, 0.5)
-        run = revolve([CrankSlider(r=R, L=L, e=-E, m=1.0)], degrees=degrees)
-        parts = 2 * np.fft.rfft(run["parts[0].a"]) / len(degrees) / -R
-        # printed to six decimals for the slide on the other side of the crank
-        expected = {1: (1, -0.078459), 2: (0.140795, 0), 3: (0, 0.001741), 4: (-0.000711, 0)}
-        for order, (cosine, sine) in expected.items():
-            received = parts[order].real, -parts[order].imag
-            assert np.abs(np.subtract(received, (cosine, sine))).max() < 5.1e-7, order
-
     @pytest.mark.parametrize(
         ("angle", "reach"),
         [(-np.arcsin(E / (L + R)), L + R), (np.pi - np.arcsin(E / (L - R)), L - R)],
@@ -81,13 +71,6 @@ class TestKinematics:
         assert abs(point["parts[0].v"]) < 1e-15
         assert abs(point["parts[0].s"] - np.sqrt(reach**2 - E**2)) < 2e-15
         assert abs(point["turn.flange.tau"]) < 1e-13
-
-    def test_offset_to_the_other_side_is_the_mirror_image(self):
-        there = revolve([CrankSlider(r=R, L=L, e=E, m=2.0)])
-        back = revolve([CrankSlider(r=R, L=L, e=-E, m=2.0)], degrees=DEGREES - 360.0)
-        assert worst(there["parts[0].s"], back["parts[0].s"][::-1]) < 1e-14
-        assert worst(there["parts[0].v"], -back["parts[0].v"][::-1]) < 1e-12
-        assert worst(there["turn.flange.tau"], -back["turn.flange.tau"][::-1]) < 1e-11
 
     @pytest.mark.parametrize("assembly", [1, -1])
     def test_closed_linkage_follows_the_assembly_it_starts_in(self, assembly):
@@ -199,18 +182,10 @@ class TestShortRod:
     @pytest.mark.parametrize(("e", "longer"), [(0.0, 0.0), (E, 0.0), (-E, 0.0), (E, 1e-9)])
     @pytest.mark.parametrize("assembly", [1, -1])
     def test_rod_that_turns_at_once_is_refused(self, e, longer, assembly):
-        with pytest.raises(ParameterError) as caught:
-            self.turned((R + abs(e)) * (1 + longer), e, assembly)
-        assert "crank.L = " in str(caught.value)
-        assert "must be greater than" in str(caught.value)
-        assert "(r + abs(e))" in str(caught.value)
-
-    def turned(self, L, e, assembly):
-        model = in_a_row(
-            fly=Inertia(J=50.0, w=2.0, phi=0.3),
-            crank=CrankSlider(r=R, L=L, e=e, m=100.0, assembly=assembly),
-        )
-        return lp.simulate(lp.assemble(model), until=12.0)
+        crank = CrankSlider(r=R, L=(R + abs(e)) * (1 + longer), e=e, m=100.0, assembly=assembly)
+        model = in_a_row(fly=Inertia(J=50.0, w=2.0, phi=0.3), crank=crank)
+        words = ("crank.L = ", "must be greater than", "(r + abs(e))")
+        refused(ParameterError, lambda: lp.simulate(lp.assemble(model), until=12.0), *words)
 
     def swing(self, assembly, until):
         model = in_a_row(
@@ -233,10 +208,8 @@ class TestShortRod:
 
     @pytest.mark.parametrize("assembly", [1, -1])
     def test_one_assembly_alone_cannot_close(self, assembly):
-        with pytest.raises(ParameterError) as caught:
-            self.swing(assembly, 12.0)
-        assert "crank.L = 0.9 m (length of the rod)" in str(caught.value)
-        assert "must be greater than r + abs(e) + 1e-08 * (r + abs(e))" in str(caught.value)
+        words = ("crank.L = 0.9 m (length of the rod)", "greater than r + abs(e) + 1e-08 * (r + ")
+        refused(ParameterError, lambda: self.swing(assembly, 12.0), *words)
 
     def test_prescribed_speed_through_the_lock_is_refused(self):
         system = turning([CrankSlider(r=R, L=0.9, e=E, phase=np.pi, assembly=0)])
@@ -260,17 +233,11 @@ class TestRotatingMass:
         received = lp.modes(lp.assemble(model)).hertz[0]
         assert abs(received * 2 * np.pi / np.sqrt(3 * 9.81 * 0.5 / (0.75 + 0.3)) - 1) < 1e-12
 
-    def test_opposite_masses_balance(self):
-        pair = [RotatingMass(m=2.0, r=0.6), RotatingMass(m=4.0, r=0.3, phase=np.pi)]
-        run = revolve(pair, 10.0, **grounded())
-        assert np.abs(run.table(["ground_x.flange.f", "ground_y.flange.f"])).max() < 1e-12
-
 
 def test_peaks_under_a_stroke_load_have_derivatives_by_all_parameters():
     """Outside of the stroke the load is zero to a power that is a parameter."""
     system = assemble_rows(
-        "wheel shaft disc crank",
-        "crank.slider stone",
+        *("wheel shaft disc crank", "crank.slider stone.flange"),
         wheel=Inertia(J=5.0, w=12.0),
         shaft=SpringDamper(c=2e4, d=5.0),
         disc=Inertia(J=1.0),

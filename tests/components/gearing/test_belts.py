@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import assemble_rows
+from checks import refused
+from rows import assemble_rows, in_a_row
 from scipy.spatial import ConvexHull
 
 import lumped as lp
@@ -19,31 +20,21 @@ def stiffness(crossed=False):
     return EA / np.sqrt(D**2 - offset**2)
 
 
-def drive(belt, **parts):
+def drive(belt, torque=0.0, load=0.0):
     """Two bodies joined by a belt."""
-    return lp.compose(
+    return in_a_row(
+        torque=Torque(tau=torque),
         motor=Inertia(J=0.02),
         belt=belt,
         wheel=Inertia(J=0.5),
-        **parts,
-        connections=lambda m: (
-            *lp.chain(m.motor, m.belt, m.wheel),
-            *(lp.connect(m.torque.flange, m.motor.flange_a) for _ in range("torque" in parts)),
-            *(lp.connect(m.load.flange, m.wheel.flange_b) for _ in range("load" in parts)),
-        ),
+        load=Torque(tau=load),
     )
 
 
 def twisted(belt, angle):
     """Pulley b held, pulley a turned to an angle that may depend on the time."""
-    return assemble_rows(
-        "turn belt wall",
-        "belt.support base",
-        turn=Position(phi=angle),
-        belt=belt,
-        wall=Fixed(),
-        base=Fixed(),
-    )
+    rows = ("turn belt wall", "belt.support base.flange")
+    return assemble_rows(*rows, turn=Position(phi=angle), belt=belt, wall=Fixed(), base=Fixed())
 
 
 class TestLinear:
@@ -71,9 +62,8 @@ class TestLinear:
     @pytest.mark.parametrize(("crossed", "ratio"), [(False, R_B / R_A), (True, -R_B / R_A)])
     def test_stiff_belt_is_an_ideal_gear(self, crossed, ratio):
         tight = Belt(**(BELT | {"EA": 1e13, "F_0": 1e6}), d=1e4, crossed=crossed)
-        loads = {"torque": Torque(tau=2.0), "load": Torque(tau=-1.0)}
         soft, rigid = (
-            lp.simulate(lp.assemble(drive(part, **loads)), until=2.0)
+            lp.simulate(lp.assemble(drive(part, torque=2.0, load=-1.0)), until=2.0)
             for part in (tight, IdealGear(ratio=ratio))
         )
         assert abs(soft["motor.w"][-1] / rigid["motor.w"][-1] - 1) < 1e-5
@@ -101,7 +91,7 @@ class TestSlack:
 
     def test_chain_without_pretension_pulls_with_one_strand(self):
         chain = Belt(**(BELT | {"F_0": 0.0}))
-        model = drive(chain, torque=Torque(tau=3.0), load=Torque(tau=0.0))
+        model = drive(chain, torque=3.0)
         run = lp.simulate(lp.assemble(model), until=0.05, rtol=1e-9)
         inverse = R_A**2 / 0.02 + R_B**2 / 0.5
         w = np.sqrt(stiffness() * inverse)
@@ -151,11 +141,9 @@ class TestForces:
 
 class TestWrong:
     def test_pulleys_that_overlap(self):
-        with pytest.raises(ParameterError) as caught:
-            lp.assemble(drive(Belt(**(BELT | {"distance": 0.3}))))
-        assert (
-            "belt.distance = 0.3 m (distance of the axes) must be greater than r_a + r_b = 0.35 m"
-        ) in str(caught.value)
+        text = "belt.distance = 0.3 m (distance of the axes) must be greater than r_a + r_b = 0.35"
+        close = drive(Belt(**(BELT | {"distance": 0.3})))
+        refused(ParameterError, lambda: lp.assemble(close), text)
 
     def test_radius_that_grows_until_pulleys_overlap(self):
         system = lp.assemble(drive(Belt(**BELT)))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rows import in_a_row
 
 import lumped as lp
 from lumped.components import (
@@ -100,6 +101,13 @@ def test_it_stands_still_exactly_and_within_its_limits(audited):
     assert (loss >= law(table, w, tau, -1) - 1e-8).all()
 
 
+def pair(gear):
+    """Two bodies joined by a gear, with steady torques."""
+    bodies = {"motor": Inertia(J=0.1), "gear": gear, "mass": Inertia(J=2.0)}
+    return in_a_row(drive=Torque(tau=8.0), **bodies, load=Torque(tau=-11.0))
+
+
+EFFICIENT = EfficientGear(ratio=5.0, eta=0.9)
 RATIO, ETA_A, ETA_B, TAU_A, TAU_B = 4.0, 0.8, 0.7, 0.6, 0.9
 BREAKING_AWAY = {
     # tau_loss is tau_a while b is free: tau_a = (1 - eta_a) tau_a + bearing
@@ -113,34 +121,11 @@ BREAKING_AWAY = {
 def test_it_breaks_away_where_the_torque_overcomes_mesh_and_bearing(name):
     source, expected = BREAKING_AWAY[name]
 
-    class Ramp(lp.Component):
-        """Gear at rest under a growing torque."""
-
-        drive: Torque = Torque(tau=lp.time if source == "drive" else 0.0)
-        motor: Inertia = Inertia(J=0.1)
-        gear: LossyGear = LossyGear(ratio=RATIO, losses=[(0.0, ETA_A, ETA_B, TAU_A, TAU_B)])
-        mass: Inertia = Inertia(J=1.0)
-        load: Torque = Torque(tau=lp.time if source == "load" else 0.0)
-
-        def connections(self):
-            yield from lp.chain(self.drive, self.motor, self.gear, self.mass, self.load)
-
-    run = lp.simulate(lp.assemble(Ramp()), until=1.5 * expected)
+    gear = LossyGear(ratio=RATIO, losses=[(0.0, ETA_A, ETA_B, TAU_A, TAU_B)])
+    model = pair(gear).with_({"drive.tau": 0.0, "load.tau": 0.0, f"{source}.tau": lp.time})
+    run = lp.simulate(lp.assemble(model), until=1.5 * expected)
     received = [event.time for event in run.events if event.before == "stuck"]
     assert received == pytest.approx([expected], rel=1e-9)
-
-
-class Pair(lp.Component):
-    """Two bodies joined by a gear, with steady torques."""
-
-    drive: Torque = Torque(tau=8.0)
-    motor: Inertia = Inertia(J=0.1)
-    gear: EfficientGear = EfficientGear(ratio=5.0, eta=0.9)
-    mass: Inertia = Inertia(J=2.0)
-    load: Torque = Torque(tau=-11.0)
-
-    def connections(self):
-        yield from lp.chain(self.drive, self.motor, self.gear, self.mass, self.load)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +134,7 @@ class Pair(lp.Component):
 @pytest.mark.parametrize("eta", [0.9, 0.4])
 def test_power_out_of_an_efficient_gear_is_its_share_of_the_power_in(drive, load, eta):
     changed = {"drive.tau": drive, "load.tau": load, "gear.eta": eta}
-    run = lp.simulate(lp.assemble(Pair()), until=1.0, parameters=changed)
+    run = lp.simulate(lp.assemble(pair(EFFICIENT)), until=1.0, parameters=changed)
     into_a = run["gear.flange_a.tau"] * run["motor.w"]
     into_b = run["gear.flange_b.tau"] * run["mass.w"]
     least, most = np.minimum(into_a, into_b), np.maximum(into_a, into_b)
@@ -158,20 +143,17 @@ def test_power_out_of_an_efficient_gear_is_its_share_of_the_power_in(drive, load
 
 
 def test_an_efficiency_of_one_makes_an_ideal_gear():
-    ideal = lp.assemble(Pair().with_({"gear": IdealGear(ratio=5.0)}))
-    table = Pair().with_({"gear": LossyGear(ratio=5.0)})
-    expected = lp.simulate(ideal, until=1.0)["motor.w"]
-    for system, changed in ((lp.assemble(Pair()), {"gear.eta": 1.0}), (lp.assemble(table), {})):
-        run = lp.simulate(system, until=1.0, parameters=changed)
+    expected = lp.simulate(lp.assemble(pair(IdealGear(ratio=5.0))), until=1.0)["motor.w"]
+    for gear, changed in ((EFFICIENT, {"gear.eta": 1.0}), (LossyGear(ratio=5.0), {})):
+        run = lp.simulate(lp.assemble(pair(gear)), until=1.0, parameters=changed)
         assert run["motor.w"] == pytest.approx(expected, rel=1e-9, abs=1e-9)
         assert (run["gear.position"] == 2).all()
         assert not run.events
 
 
 def test_a_torque_on_the_border_of_both_driving_sides_does_not_chatter():
-    system = lp.assemble(
-        Pair().with_({"gear": LossyGear(ratio=1.0, losses=[(0.0, 0.25, 0.25, 0.625, 2.5)])})
-    )
+    gear = LossyGear(ratio=1.0, losses=[(0.0, 0.25, 0.25, 0.625, 2.5)])
+    system = lp.assemble(pair(gear))
     # equal bodies: half of the loss of 1 N.m brakes each, and tau_a is 0.5 N.m, the border
     changed = {"drive.tau": 0.0, "load.tau": 0.0, "motor.J": 0.5, "mass.J": 0.5}
     run = lp.simulate(system, until=2.0, parameters=changed, start={"motor.w": 1.0})

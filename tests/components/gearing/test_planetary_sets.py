@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy.linalg
-from rows import in_rows
+from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import (
@@ -43,30 +43,22 @@ class Ravigneaux(lp.Component):
     def connections(self):
         meshes = (self.inner, self.middle, self.large, self.outer)
         yield lp.connect(self.carrier, *(mesh.support for mesh in meshes))
-        yield lp.connect(self.s_1, self.inner.flange_a)
-        yield lp.connect(self.inner.flange_b, self.middle.flange_a)
-        yield lp.connect(self.s_2, self.large.flange_a)
-        yield lp.connect(self.middle.flange_b, self.large.flange_b, self.outer.flange_a)
-        yield lp.connect(self.outer.flange_b, self.ring)
+        yield from lp.chain(self.s_1, self.inner, self.middle, self.outer, self.ring)
+        yield from lp.chain(self.s_2, self.large, self.outer.flange_a)
 
 
 def geared(gears, drive, held, load, tau=-7.0):
     """Point of a set: `drive` turned at 1 rad/s, `held` fixed, `load` with a torque."""
-
-    def connections(m):
-        yield lp.connect(m.drive.flange, getattr(m.set, drive))
-        yield lp.connect(m.held.flange, getattr(m.set, held))
-        yield lp.connect(m.load.flange, m.body.flange_a, getattr(m.set, load))
-
-    model = lp.compose(
+    system = assemble_rows(
+        *(f"drive.flange set.{drive}", f"held.flange set.{held}", f"body.flange_a set.{load}"),
+        "load body",
         drive=Speed(w=1.0),
         held=Fixed(),
         body=Inertia(J=1.0),
         load=Torque(tau=tau),
         set=gears,
-        connections=connections,
     )
-    return lp.start_point(lp.assemble(model))
+    return lp.start_point(system)
 
 
 RAVIGNEAUX = {
@@ -119,32 +111,27 @@ class Set(lp.Component):
     outer: lp.Component = IdealGear(ratio=3.0)
 
     def connections(self):
-        inner, outer = self.inner, self.outer
-        yield lp.connect(self.carrier, inner.support, outer.support)
-        yield lp.connect(self.sun, inner.flange_a)
-        yield lp.connect(inner.flange_b, outer.flange_a)
-        yield lp.connect(self.outer.flange_b, self.ring)
+        yield lp.connect(self.carrier, self.inner.support, self.outer.support)
+        yield from lp.chain(self.sun, self.inner, self.outer, self.ring)
 
 
 @pytest.mark.parametrize(("sun", "carrier"), [(20.0, -10.0), (-10.0, 120.0)])
 def test_losses_in_the_meshes_give_the_efficiency_of_a_planetary_set(sun, carrier):
     """Sun 24, planet 18, ring 60 held; (1 + k eta) / (1 + k), back (1 + k) / (1 + k / eta)."""
     k, eta = 60 / 24, 0.9 * 0.95
-    model = in_rows(
-        "sun_torque sun.flange_a set.sun",
-        "carrier_torque carrier.flange_a set.carrier",
-        "held set.ring",
-        set=Set(
-            inner=EfficientGear(ratio=-18 / 24, eta=0.9),
-            outer=EfficientGear(ratio=60 / 18, eta=0.95),
-        ),
+    inner = EfficientGear(ratio=-18 / 24, eta=0.9)
+    outer = EfficientGear(ratio=60 / 18, eta=0.95)
+    system = assemble_rows(
+        *("sun_torque sun", "sun.flange_a set.sun", "held.flange set.ring"),
+        *("carrier_torque carrier", "carrier.flange_a set.carrier"),
+        set=Set(inner=inner, outer=outer),
         sun=Inertia(J=1.0, w=100.0),
         carrier=Inertia(J=10.0),
         held=Fixed(),
         sun_torque=Torque(tau=sun),
         carrier_torque=Torque(tau=carrier),
     )
-    point = lp.start_point(lp.assemble(model))
+    point = lp.start_point(system)
     at_sun = point["set.inner.flange_a.tau"] * point["sun.w"]
     at_carrier = point["set.carrier.tau"] * point["carrier.w"]
     assert abs(point["sun.w"] / point["carrier.w"] - (1 + k)) < 1e-12
@@ -190,6 +177,7 @@ class TestElasticPlanetary:
         squares = np.sort(scipy.linalg.eigvals(stiff, mass).real)
         expected = np.sqrt(squares[2:]) / (2 * np.pi)
         received = lp.modes(lp.assemble(self.stage())).hertz
+        print(f"modes {received} Hz, by hand {expected} Hz")
         assert received == pytest.approx(expected, rel=1e-9)
 
     def test_stiff_and_damped_it_moves_as_the_rigid_set(self):

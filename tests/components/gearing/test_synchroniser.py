@@ -54,13 +54,12 @@ def test_locked_dogs_carry_more_than_the_cones_and_open_without_force():
 
 
 def test_it_does_not_lock_against_a_greater_torque():
-    model = box(0.0, 100.0, 1.0).with_({"load.tau": 0.0})
-    drag = lp.compose(
-        wheel=Inertia(J=J_A, w=0.0),
+    model = box(0.0, 100.0, 1.0)
+    drag = in_a_row(
         pull=Torque(tau=-1.2 * GRIP),
+        wheel=Inertia(J=J_A, w=0.0),
         shift=Synchroniser(**CONES, u=1.0),
         shaft=Inertia(J=J_B, w=100.0),
-        connections=lambda m: lp.chain(m.pull, m.wheel, m.shift, m.shaft),
     )
     assert shift(model, 0.3)["shift.locked"][-1] == 1.0
     run = shift(drag, 0.3)

@@ -20,8 +20,8 @@ from lumped.components.shafts import continuous, element, sections, shaft
 from lumped.numerics.maxwell_fit import maxwell_fit
 
 
-def elastic(free_length: str) -> Energy:
-    return lambda at: at.p["c"] * (at.rel(at.q) - at.p[free_length]) ** 2 / 2
+def elastic(at: Motion) -> complex:
+    return at.p["c"] * (at.rel(at.q) - at.p["phi_rel0"]) ** 2 / 2
 
 
 def kinetic(mass: str) -> Energy:
@@ -82,9 +82,9 @@ def gap_heat(at: Motion) -> float:
     return np.clip(at.p["d"] * at.rel(at.v), -elastic, elastic) * at.rel(at.v)
 
 
-def carried(mass: str) -> Energy:
+def carried(at: Motion) -> complex:
     """Energy of a body that moves with the flange while the command says so."""
-    return lambda at: at.p[mass] * at.v["flange"] ** 2 / 2 if at.p["u"] > 0.5 else 0.0
+    return at.p["J"] * at.v["flange"] ** 2 / 2 if at.p["u"] > 0.5 else 0.0
 
 
 def element_energy(at: Motion) -> complex:
@@ -219,7 +219,7 @@ STORED: dict[type[lp.Component], Energy] = {
     shaft.Shaft: shaft_energy,
     contact.ElastoBacklash: play_energy,
     elastic_coupling.ElasticCoupling: lambda at: at.p["size"] * by_rows(None, BOTH_WAYS)(at),
-    impact.PickUp: carried("J"),
+    impact.PickUp: carried,
     maxwell_coupling.MaxwellBranch: branch_energy,
     maxwell_coupling.MaxwellCoupling: maxwell_energy,
     pendulum.CentrifugalPendulum: swinging,
@@ -227,18 +227,13 @@ STORED: dict[type[lp.Component], Energy] = {
     torsional_dampers.TunedLossDamper: sprung_ring,
     torsional_dampers.ViscousDamper: ring,
     rotation.NonlinearSpring: by_rows("phi_rel0"),
-    translation.NonlinearSpring: by_rows("s_rel0"),
-    rotation.Spring: elastic("phi_rel0"),
-    rotation.LossSpring: elastic("phi_rel0"),
-    rotation.SpringDamper: elastic("phi_rel0"),
+    rotation.Spring: elastic,
+    rotation.LossSpring: elastic,
+    rotation.SpringDamper: elastic,
     translation.ElastoGap: gap_energy,
-    translation.Mass: kinetic("m"),
     translation.MassWithLength: kinetic("m"),
     translation.MassWithStops: kinetic("m"),
-    translation.PickUp: carried("m"),
     translation.MassWithStopAndFriction: kinetic("m"),
-    translation.Spring: elastic("s_rel0"),
-    translation.SpringDamper: elastic("s_rel0"),
 }
 
 
@@ -263,7 +258,5 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     torsional_dampers.TunedDamper: dragged,
     torsional_dampers.TunedLossDamper: dragged_by_rubber,
     torsional_dampers.ViscousDamper: dragged,
-    translation.Damper: viscous,
     translation.ElastoGap: gap_heat,
-    translation.SpringDamper: viscous,
 }

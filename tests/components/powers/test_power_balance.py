@@ -1,7 +1,8 @@
 """What flows into the ports of a component is stored or dissipated, for the whole library.
 
 A new component is covered as it is. It needs an entry in one of the modules `powers_of_...` only if
-it stores, dissipates or supplies energy.
+it stores, dissipates or supplies energy. Components of straight-line motion with a rotational twin
+have its law (see test_twins) and are left out.
 """
 
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ import pytest
 from library_rigs import FIELDS, LIBRARY, POSITIVE, SENSIBLE, declared, every, kinds, rig, values
 from power_terms import Energy, Motion, Power
 from powers_of_sources import PRESCRIBED
+from translation_twins import TWINS
 
 import lumped as lp
 from lumped.components import Cylinder, Heated, InductionMotor
@@ -121,7 +123,13 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray, float
         yield motion, np.where(warm, flow, flow * v), *(loss if losses else (None,))
 
 
-@every([cls for cls in LIBRARY if declared(cls, lp.Port) and cls not in PRESCRIBED])
+@every(
+    [
+        cls
+        for cls in LIBRARY
+        if declared(cls, lp.Port) and cls not in PRESCRIBED and cls not in TWINS
+    ]
+)
 def test_power_into_its_ports_is_stored_or_dissipated(cls: type[lp.Component]) -> None:
     worst = 0.0
     for at, power, loss in motions(cls):
