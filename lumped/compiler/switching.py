@@ -312,11 +312,23 @@ class Switching(Shared):
         stuck = modes[self.first_modes] > 0.5
         return [node for node, holds in zip(self.speeds, stuck, strict=True) if holds]
 
+    @cached_property
+    def _needed(self) -> dict[str, ca.SX]:
+        """What decides modes, by its names."""
+        names = ("greater", "less", "speed", "acceleration", "reaction")
+        names += ("upper", "lower", "gap", "restitution", "values")
+        return {name: getattr(self, name) for name in names}
+
     def collect_needed(self) -> ca.SX:
         """All that must be computable to decide on modes."""
-        motion = self.speed, self.acceleration, self.reaction
-        limits = self.upper, self.lower, self.gap, self.restitution
-        return ca.vertcat(self.greater, self.less, *motion, *limits, self.values)
+        return ca.vertcat(*self._needed.values())
+
+    @cached_property
+    def places_needed(self) -> dict[str, slice]:
+        """Where the parts of `collect_needed` are, by their names."""
+        ends = np.cumsum([part.numel() for part in self._needed.values()]).tolist()
+        begins = [0, *ends[:-1]]
+        return dict(zip(self._needed, map(slice, begins, ends), strict=True))
 
     @property
     @made_once

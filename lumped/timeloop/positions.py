@@ -112,7 +112,8 @@ def no_fit(system: System, run: Run) -> LumpedError:
     count = len(settings) - len(system.structure.implicit)
     look = holds.look(run.t, at.x.copy(), settings[:count], settings[count:])
     listed = [
-        f"{name}: {holds.word(settings, h)}, speed {look.v[h]:.4g}, reaction {look.reaction[h]:.6g}"
+        f"{name}: {holds.word(settings, h)}, speed {look.speed[h]:.4g}, "
+        f"reaction {look.reaction[h]:.6g}"
         for h, name in enumerate(s.names)
     ]
     texts = [
