@@ -315,9 +315,9 @@ class Switching(Shared):
     @cached_property
     def _needed(self) -> dict[str, ca.SX]:
         """What decides modes, by its names."""
-        names = ("greater", "less", "speed", "acceleration", "reaction")
-        names += ("upper", "lower", "gap", "restitution", "values")
-        return {name: getattr(self, name) for name in names}
+        motion = ("greater", "less", "speed", "acceleration", "reaction")
+        limits = ("upper", "lower", "gap", "restitution", "values")
+        return {name: getattr(self, name) for name in motion + limits}
 
     def collect_needed(self) -> ca.SX:
         """All that must be computable to decide on modes."""

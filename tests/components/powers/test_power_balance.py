@@ -87,7 +87,8 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray, float
     flows = [f"part.{name}.{port.flow_name}" for name, port in ports.items()]
     system = lp.assemble(rig(cls, rng), keep=positions)
     held = [] if has_parts(cls) else holds(cls)
-    losses = [system.model.part.loss()] if hasattr(cls, "loss") and cls not in NET else []
+    told = system.model.part.loss()
+    losses = [] if told is None or cls in NET else [told]
     sizes = np.cumsum([len(ports)] * 3 + [len(held)] * 2)
     read = system.function(
         [*positions, *speeds, *flows, *(r for r, _ in held), *(s for _, s in held), *losses]
