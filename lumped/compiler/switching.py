@@ -59,6 +59,11 @@ class _Jumps:
     answers: list[int]
     answer_signs: list[float]
 
+    @property
+    def question(self) -> slice:
+        """Where that with which a program is asked is, among the values of all."""
+        return slice(self.first + len(self.nodes), self.first + self.width)
+
     def fill(self, held: list[_T], other: _T) -> list[_T]:
         """What belongs to the nodes, for all of its values."""
         return held + [other] * (self.width - len(held))

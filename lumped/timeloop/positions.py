@@ -8,9 +8,9 @@ from lumped.compiler.system import System
 from lumped.errors import LumpedError, SolverError, StartError
 from lumped.kernel import engine
 from lumped.kernel.run import GOES_ON, INSIDE, NOT_CLOSED, SET_TWICE, Run
+from lumped.timeloop.guards import set_twice_fault
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.plants.executable import executable
-from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.results.event import Change
 from lumped.timeloop.settings import closing_fault
 
