@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Any
 
 import casadi as ca
 
@@ -49,9 +49,11 @@ def dissipated_power(system: System, node: Instance) -> ca.SX:
     return ca.SX(0) if power is None else power
 
 
-def _lower_told(system: System, node: Instance, tell: Callable[[], Expr | None]) -> ca.SX | None:
+def _lower_told(system: System, node: Instance, tell: Any) -> ca.SX | None:
     """What a method of a component tells of its own quantities, in those of the system."""
     layout, structure = node.layout, system.structure
+    if not callable(tell):  # a quantity of this name
+        return None
     with told_by(node.label, f"{tell.__name__}()"):
         expression = tell()
     if expression is None:

@@ -246,7 +246,7 @@ def _energies(system: System) -> Iterator[bytes]:
     tree = system.structure.tree
     for node in {template_key(node.component): node for node in tree.instances}.values():
         for tell in (node.component.stored, node.component.loss):
-            expression = tell()
+            expression = tell() if callable(tell) else None  # a quantity may have the name
             if expression is not None:
                 result = content_of(expression, lambda c, n=node: tree.below(c, n))  # type: ignore[misc]
                 yield repr((node.path, tell.__name__, result)).encode()
