@@ -14,9 +14,11 @@ class CentrifugalPendulum(Component):
     """Centrifugal pendulum on a carrier: a mass on a circle about a point that turns with it.
 
     The mass does not turn about itself relative to the carrier (two rollers guide it), so that its
-    own inertia belongs to the carrier. With ``a = phi_rel``, the swing, and w of the carrier::
+    own inertia belongs to the carrier. With ``a = phi_rel``, the swing, w of the carrier,
+    ``v = w + w_rel`` of the pendulum, and the torque on the carrier tau::
 
-        m r (r (der(w) + der(w_rel)) + R cos(a) der(w) + R sin(a) w^2) == -d w_rel
+        m r (r der(v) + R cos(a) der(w) + R sin(a) w^2) == -d w_rel
+        tau == d w_rel - m R (R der(w) + r cos(a) der(v) - r sin(a) v^2)
 
     Small swings have ``sqrt(R / r)`` periods for each turn, at every speed: a torque of this order
     on the carrier is balanced, and does not shake it. Large swings are slower.
@@ -43,9 +45,9 @@ class CentrifugalPendulum(Component):
         arm, side = self.R * cos(a), self.R * sin(a)
         swinging = self.r * der(turning) + arm * der(w) + side * w**2
         yield self.m * self.r * swinging == -self.d * self.w_rel
-        # of the force that bears the mass about the axis, without that which swings it
-        carried = self.R**2 * der(w) + self.r * (arm * der(turning) - side * turning**2)
-        yield self.tau == self.d * self.w_rel - self.m * carried
+        # the carrier holds the mass at the centre of its path, at the distance R from the axis
+        held = self.R**2 * der(w) + self.r * (arm * der(turning) - side * turning**2)
+        yield self.tau == self.d * self.w_rel - self.m * held
         yield self.flange.tau == -self.tau
         yield self.power == self.d * self.w_rel**2
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
-from lumped import Component, Equation, Expr, HeatPort, Input, Param, Var, der, param, var
+from lumped import Component, Equation, HeatPort, Input, Param, Var, der, param, var
+from lumped.errors import DeclarationError
 from lumped.language.switch import Item
 
 __all__ = ["FixedTemperature", "HeatCapacitor", "HeatFlow", "Heated", "ThermalConductor"]
@@ -78,11 +78,12 @@ class Heated(Component):
 
     heat = HeatPort()
 
-    if TYPE_CHECKING:
-
-        def loss(self) -> Expr:
-            """Dissipated power, W."""
-
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
-        yield self.heat.Q + self.loss() == 0
+        loss = self.loss()
+        if loss is None:
+            raise DeclarationError(
+                f"{type(self).__name__}: Heated needs a component with a method loss, its "
+                "dissipated power; write class HotBrake(Heated, Brake), Heated first."
+            )
+        yield self.heat.Q + loss == 0

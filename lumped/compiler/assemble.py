@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from lumped.compiler.idle_parts import find_idle_parts
-from lumped.compiler.structure import Name
+from lumped.compiler.structure import Name, Structure
 from lumped.compiler.system import System
 from lumped.errors import ModelWarning
 from lumped.flattening.flatten import flatten
@@ -69,7 +69,7 @@ def assemble(
         begin = clock.perf_counter()
         flat = flatten(model)
         flattened = clock.perf_counter()
-        system = System(flat, of, keep)
+        system = System(Structure(flat, of, keep))
         system.seconds = {"flatten": flattened - begin, **system.seconds}
     for text in find_idle_parts(flat):
         warnings.warn(f"{flat.name}: {text}", ModelWarning, stacklevel=3)

@@ -8,6 +8,13 @@ from lumped.flattening.flat_model import Group
 from lumped.reduction.evaluation import Values
 
 
+def rate_of(values: Values, found: ca.SX) -> ca.SX:
+    """Time derivative of an expression of all states, by these."""
+    moving = ca.vertcat(values.states, values.time)
+    rates = ca.vertcat(values.of([state + 1 for state in values.reduced.states]), 1)
+    return ca.jtimes(found, moving, rates)
+
+
 def derivative(values: Values, unknown: int, order: int) -> ca.SX:
     """A time derivative of an unknown as an expression of all states, left out or not."""
     reduced = values.reduced
@@ -17,11 +24,8 @@ def derivative(values: Values, unknown: int, order: int) -> ca.SX:
     number, own = reduced.class_and_order(node)
     known = min(order, int(reduced.highest[number]) - own)
     found = values.of([node + known])
-    if known < order:  # such as of a torque
-        moving = ca.vertcat(values.states, values.time)
-        rates = ca.vertcat(values.of([state + 1 for state in reduced.states]), 1)
-        for _ in range(order - known):
-            found = ca.jtimes(found, moving, rates)
+    for _ in range(order - known):  # such as of a torque
+        found = rate_of(values, found)
     return float(reduced.aliases.signs[unknown]) * found
 
 

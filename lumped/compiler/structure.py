@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -11,8 +12,10 @@ import numpy as np
 from lumped.compiler.formulas import of_formula
 from lumped.compiler.switching import Switching
 from lumped.flattening.flat_model import FlatModel
-from lumped.flattening.measures import measure
+from lumped.flattening.flatten import flatten
+from lumped.flattening.measures import measure, watching
 from lumped.flattening.parameters import Parameters
+from lumped.language.component import Component
 from lumped.language.expression import Expr
 from lumped.language.formula import Formula
 from lumped.reduction.evaluation import Values
@@ -22,6 +25,36 @@ from lumped.reduction.reduce import reduce
 from lumped.support.made_once import Shared, made_once
 
 Name = str | Expr
+
+
+class Recipe(NamedTuple):
+    """All from which a structure is made again, in another process too.
+
+    Attributes
+    ----------
+    model, motions, freed
+        What is flattened (see `flatten`).
+    watched : tuple of Formula
+        Those at whose kinks runs stop.
+    outputs, kept : list of str
+        Names of what was asked for; outputs may be None, for all.
+    ranks, foresee
+        As in `Structure`.
+    """
+
+    model: Component
+    motions: Mapping[str, Expr]
+    freed: frozenset[str]
+    watched: tuple[Formula, ...]
+    outputs: list[str] | None
+    kept: list[str]
+    ranks: Mapping[int, int]
+    foresee: bool
+
+    def make(self) -> Structure:
+        """The structure."""
+        flat = watching(flatten(self.model, self.motions, self.freed), self.watched)
+        return Structure(flat, self.outputs, self.kept, self.ranks, foresee=self.foresee)
 
 
 class Structure(Shared):
@@ -43,6 +76,8 @@ class Structure(Shared):
         Unknowns that were asked for; outputs may be None, for all.
     ranks : dict of int to int
         Nodes wanted as states, or not, beside what the model says.
+    foresee : bool
+        Runs know the instants of all functions of time before.
     states : list of int
         Nodes of the states in use.
     in_use : list of int
@@ -68,13 +103,13 @@ class Structure(Shared):
         flat: FlatModel,
         outputs: Iterable[Name] | None,
         keep: Iterable[Name],
-        ranks: Mapping[int, int] | None,
+        ranks: Mapping[int, int] | None = None,
         *,
-        foresee: bool,
+        foresee: bool = True,
     ) -> None:
         super().__init__()
         self.flat, self.tree = flat, flat.tree
-        self.ranks = dict(ranks or {})
+        self.ranks, self.foresee = dict(ranks or {}), foresee
         begin = clock.perf_counter()
         self.reduced = reduce(flat, ranks)
         locked = find_locked_loops(self.reduced)
@@ -93,6 +128,28 @@ class Structure(Shared):
         self.left_out = self._list_left_out() + locked
         end = clock.perf_counter()
         self.seconds = {"reduce": middle - begin, "prune": end - middle}
+
+    @property
+    def recipe(self) -> Recipe:
+        """All from which it is made again."""
+        name, flat = self.tree.unknown_name, self.flat
+        outputs = None if self.outputs is None else [name(u) for u in self.outputs]
+        of_flat = self.tree.model, flat.motions, self.tree.freed, tuple(flat.watched)
+        return Recipe(*of_flat, outputs, [name(u) for u in self.kept], self.ranks, self.foresee)
+
+    def with_changes(
+        self,
+        flat: FlatModel | None = None,
+        *,
+        keep: Iterable[Name] = (),
+        ranks: Mapping[int, int] | None = None,
+        foresee: bool | None = None,
+    ) -> Structure:
+        """The same but for other equations, more kept, other states, or without foresight."""
+        flat, kept = flat or self.flat, [*self.recipe.kept, *keep]
+        ranks = self.ranks if ranks is None else ranks
+        foresee = self.foresee if foresee is None else foresee
+        return Structure(flat, self.recipe.outputs, kept, ranks, foresee=foresee)
 
     @property
     def parameters(self) -> Parameters:

@@ -59,6 +59,11 @@ class _Jumps:
     answers: list[int]
     answer_signs: list[float]
 
+    @property
+    def question(self) -> slice:
+        """Where that with which a program is asked is, among the values of all."""
+        return slice(self.first + len(self.nodes), self.first + self.width)
+
     def fill(self, held: list[_T], other: _T) -> list[_T]:
         """What belongs to the nodes, for all of its values."""
         return held + [other] * (self.width - len(held))
@@ -312,11 +317,23 @@ class Switching(Shared):
         stuck = modes[self.first_modes] > 0.5
         return [node for node, holds in zip(self.speeds, stuck, strict=True) if holds]
 
+    @cached_property
+    def _needed(self) -> dict[str, ca.SX]:
+        """What decides modes, by its names."""
+        motion = ("greater", "less", "speed", "acceleration", "reaction")
+        limits = ("upper", "lower", "gap", "restitution", "values")
+        return {name: getattr(self, name) for name in motion + limits}
+
     def collect_needed(self) -> ca.SX:
         """All that must be computable to decide on modes."""
-        motion = self.speed, self.acceleration, self.reaction
-        limits = self.upper, self.lower, self.gap, self.restitution
-        return ca.vertcat(self.greater, self.less, *motion, *limits, self.values)
+        return ca.vertcat(*self._needed.values())
+
+    @cached_property
+    def places_needed(self) -> dict[str, slice]:
+        """Where the parts of `collect_needed` are, by their names."""
+        ends = np.cumsum([part.numel() for part in self._needed.values()]).tolist()
+        begins = [0, *ends[:-1]]
+        return dict(zip(self._needed, map(slice, begins, ends), strict=True))
 
     @property
     @made_once

@@ -11,10 +11,8 @@ import numpy as np
 import scipy
 
 from lumped.compiler.report import Report, report_on, shorten
-from lumped.compiler.structure import Name, Structure
+from lumped.compiler.structure import Name, Recipe, Structure
 from lumped.errors import UnknownNameError
-from lumped.flattening.flat_model import FlatModel
-from lumped.flattening.flatten import flatten
 from lumped.flattening.hold_modes import DEMAND, STUCK
 from lumped.flattening.measures import watching
 from lumped.flattening.tree import key_of
@@ -55,47 +53,31 @@ class System(Shared, RichHtml):
         Time that each stage of assembling took.
     """
 
-    def __init__(
-        self,
-        flat: FlatModel,
-        outputs: Iterable[Name] | None,
-        keep: Iterable[Name],
-        ranks: Mapping[int, int] | None = None,
-        *,
-        foresee: bool = True,
-    ) -> None:
+    def __init__(self, structure: Structure) -> None:
         super().__init__()
-        self.structure = Structure(flat, outputs, keep, ranks, foresee=foresee)
-        self.model = flat.tree.model
+        self.structure, self.model = structure, structure.tree.model
         self.switching = self.structure.switching
         self.inputs = self.structure.inputs
         self.state_names = [self.structure.node_name(n) for n in self.structure.states]
         self.left_out = self.structure.left_out
         self.seconds = dict(self.structure.seconds)
         self._functions: Recent[ca.Function] = Recent(_FUNCTIONS)
-        self._charts: dict[object, System] = {}
+        self._by_ranks: dict[object, System] = {}
         self._watching: Recent[System] = Recent(_WATCHING)
 
     # -- copies ------------------------------------------------------------------------------
 
     def __reduce__(self) -> tuple[Any, ...]:
-        if "_origin" not in vars(self):
-            _, outputs, kept = self.origin
-            flat = self.structure.flat.motions, self.structure.tree.freed
-            watched = tuple(self.structure.flat.watched)
-            return _to_be_made, (self.model, *flat, watched, outputs, kept, self.structure.ranks)
-        return _to_be_made, vars(self)["_origin"]
+        return _to_be_made, (vars(self).get("_recipe") or self.structure.recipe,)
 
     if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
 
         def __getattr__(self, name: str) -> Any:
             """Assemble a copy when it is first used."""
-            if not name.startswith("__") and "_origin" in vars(self):
-                model, motions, freed, watched, *rest = vars(self)["_origin"]
+            if not name.startswith("__") and "_recipe" in vars(self):
                 with process_lock:
                     if "made" not in vars(self):
-                        flat = watching(flatten(model, motions, freed), watched)
-                        vars(self).update(vars(System(flat, *rest)))
+                        vars(self).update(vars(System(vars(self)["_recipe"].make())))
                 if name in vars(self):
                     return vars(self)[name]
             raise AttributeError(f"{type(self).__name__} has no '{name}'.")
@@ -128,13 +110,13 @@ class System(Shared, RichHtml):
         """Derivatives of the states as an expression; common parts are shared."""
         structure, holds = self.structure, self.switching
         rates = ca.SX(structure.all_rates)
-        place = {node: i for i, node in enumerate(structure.states)}
+        modes, place = structure.values.modes, {n: i for i, n in enumerate(structure.states)}
         for h, node in enumerate(holds.speeds):
             if node in place:
                 # a speed that is held stays exactly what it is
                 first, i = int(holds.first_modes[h]), place[node]
-                stuck, demand = (structure.values.modes[first + i] for i in (STUCK, DEMAND))
-                rates[i] = ca.if_else(stuck, holds.speed_signs[h] * demand, rates[i])
+                demand = holds.speed_signs[h] * modes[first + DEMAND]
+                rates[i] = ca.if_else(modes[first + STUCK], demand, rates[i])
         return ca.cse(structure.without(rates, np.setdiff1d(structure.rate_uses, structure.in_use)))
 
     @property
@@ -166,9 +148,7 @@ class System(Shared, RichHtml):
     @made_once
     def speed_uses(self) -> tuple[np.ndarray, np.ndarray]:
         """Which states the speed of each hold depends on: numbers of the holds and states."""
-        s = self.switching
-        first = 2 * len(s.relation_modes)
-        speeds = self.structure.in_states(s.collect_needed()[first : first + len(s.speeds)])
+        speeds = self.structure.in_states(self.switching.speed)
         rows, columns = ca.jacobian_sparsity(speeds, self.inputs[0]).get_triplet()
         return np.array(rows, dtype=int), np.array(columns, dtype=int)
 
@@ -250,7 +230,7 @@ class System(Shared, RichHtml):
         if flat is self.structure.flat:
             return self
         self.expressions(formulas)  # refuses what was left out
-        return self._with_changes(flat)
+        return System(self.structure.with_changes(flat))
 
     def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> scipy.sparse.csc_array:
         """Jacobian of the right-hand side by the states; what cancels is exactly zero."""
@@ -280,14 +260,14 @@ class System(Shared, RichHtml):
 
         Functions that are not linear in the time are watched as it goes, like those of states.
         """
-        return self._with_changes(foresee=False)
+        return System(self.structure.with_changes(foresee=False))
 
     @property
     @made_once
     def whole(self) -> System:
         """The same system with the states that were left out; itself if none."""
         lost = self.structure.lost_states
-        return self._with_changes(keep=lost) if lost else self
+        return System(self.structure.with_changes(keep=lost)) if lost else self
 
     def exchange_state(self, follower: int, leader: int) -> System:
         """The same system with the motion of one node as state instead of that of another.
@@ -302,27 +282,14 @@ class System(Shared, RichHtml):
             ranks.update(dict.fromkeys(range(first, first + highest), rank))
         own, key = (tuple(sorted(r.items())) for r in (structure.ranks, ranks))
         with process_lock:
-            self._charts[own] = self
-            if key not in self._charts:
-                self._charts[key] = chart = self._with_changes(ranks=ranks)
-                chart._charts = self._charts
-            return self._charts[key]
+            self._by_ranks[own] = self
+            if key not in self._by_ranks:
+                self._by_ranks[key] = other = System(structure.with_changes(ranks=ranks))
+                other._by_ranks = self._by_ranks
+            return self._by_ranks[key]
 
-    def _with_changes(
-        self,
-        flat: FlatModel | None = None,
-        *,
-        keep: Iterable[str] = (),
-        ranks: Mapping[int, int] | None = None,
-        foresee: bool = True,
-    ) -> System:
-        """The same system of other equations, with more kept, other states, or no foresight."""
-        structure, (_, outputs, kept) = self.structure, self.origin
-        ranks = structure.ranks if ranks is None else ranks
-        return System(flat or structure.flat, outputs, [*kept, *keep], ranks, foresee=foresee)
-
-    def is_chart_of(self, other: System) -> bool:
-        """Whether this is the other system, or the same with other motions as states."""
+    def has_equations_of(self, other: System) -> bool:
+        """Whether this is the other system, or the same led by other states."""
         own, its = self.structure, other.structure
         asked = (own.outputs, own.kept) == (its.outputs, its.kept)
         return self is other or (own.flat is its.flat and asked)
@@ -342,9 +309,8 @@ class System(Shared, RichHtml):
     @property
     def origin(self) -> tuple[Component, list[str] | None, list[str]]:
         """Model, outputs and kept quantities from which the system was assembled."""
-        structure, name = self.structure, self.structure.tree.unknown_name
-        outputs = None if structure.outputs is None else [name(u) for u in structure.outputs]
-        return structure.tree.instances[0].component, outputs, [name(u) for u in structure.kept]
+        recipe = self.structure.recipe
+        return self.structure.tree.instances[0].component, recipe.outputs, recipe.kept
 
     def key(self, name: Name) -> str:
         """Dotted name of what is meant by a name or a reference; the formula of an expression."""
@@ -398,8 +364,8 @@ class System(Shared, RichHtml):
         self.structure.parameters.check(theta, self.name)
 
 
-def _to_be_made(*origin: Any) -> System:
-    """A copy of a system, by what it was made from; it is assembled when it is first used."""
+def _to_be_made(recipe: Recipe) -> System:
+    """A copy of a system, which is assembled when it is first used."""
     system = object.__new__(System)
-    vars(system)["_origin"] = origin
+    vars(system)["_recipe"] = recipe
     return system

@@ -97,15 +97,15 @@ def torsional_report(
     """
     found = study(
         response,
-        limits,
-        operation,
-        margin,
-        orders,
-        modes,
-        campbell,
-        heat or {},
-        runs or {},
-        units,
+        limits=limits,
+        operation=operation,
+        margin=margin,
+        orders=orders,
+        found_modes=modes,
+        found_campbell=campbell,
+        heat=heat or {},
+        runs=runs or {},
+        units=units,
     )
     parts = list(sections(found, assumptions))
     target = Path(path)

@@ -222,15 +222,16 @@ class Study:
 
 def study(
     responses: OrderResponse | Mapping[str, OrderResponse],
-    limits: Limits,
-    operation: tuple[float | str, float | str] | None,
-    margin: float | None,
-    orders: Iterable[float] | None,
-    found_modes: Modes | None,
-    found_campbell: Campbell | None,
+    *,
+    limits: Limits = (),
+    operation: tuple[float | str, float | str] | None = None,
+    margin: float | None = None,
+    orders: Iterable[float] | None = None,
+    found_modes: Modes | None = None,
+    found_campbell: Campbell | None = None,
     heat: Mapping[str, Mapping[str, ArrayLike]],
     runs: Mapping[str, Trajectory],
-    units: Units,
+    units: Units = None,
 ) -> Study:
     """Results put together and checked; what was not given is computed.
 

@@ -16,7 +16,7 @@ from lumped.support.arrays import Real
 from lumped.support.made_once import Recent
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.ordered.order_response import OrderResponse, order_response
-from lumped.vibration.rotating.find_rotation import rotation
+from lumped.vibration.rotating.find_rotation import find_rotation
 from lumped.vibration.rotating.harmonics import harmonics
 from lumped.vibration.rotating.rotation import speed_of
 from lumped.vibration.rotating.small_vibrations import small_vibrations
@@ -120,7 +120,9 @@ class _Shaft:
         system, orders = moment.study.system, np.arange(1, _HIGHEST * turns + 1) / turns
         try:
             at = self.at(moment.parameters)
-            turned = rotation(system, self.angle, self.speeds[[0, -1]], turns, at, None, None)
+            turned = find_rotation(
+                "explore", system, self.angle, self.speeds[[0, -1]], turns, at, None, None
+            )
             rates = harmonics(small_vibrations(system, (), ()), turned, orders)[0]
         except (LumpedError, ZeroDivisionError):  # it stands at the start
             return np.zeros(0)

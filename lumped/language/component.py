@@ -115,8 +115,8 @@ class Component(RichHtml):
         tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
         for base in reversed(cls.__mro__[1:]):
             if issubclass(base, Component):
-                inherited: tuple[dict[str, Any], ...]
-                inherited = base._quantities, base._ports, base._parts, base._fields
+                inherited: list[dict[str, Any]]
+                inherited = [base._quantities, base._ports, base._parts, base._fields]
                 for table, own in zip(tables, inherited, strict=True):
                     table.update(own)
         cls._quantities, cls._ports, cls._parts, cls._fields = tables
@@ -179,6 +179,14 @@ class Component(RichHtml):
         expression is, and what to do where a value lies outside, a sentence without its full stop.
         """
         return ()
+
+    def stored(self) -> Expr | None:
+        """Energy that the component stores, J, of its own quantities; None if it does not say."""
+        return None
+
+    def loss(self) -> Expr | None:
+        """Power that it dissipates, W, of its own quantities; None if it does not say."""
+        return None
 
     def outline(self) -> Iterable[Outline]:
         """Moving shapes in a plane, for pictures: a name, and the points of a line, or one point.

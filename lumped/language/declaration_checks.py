@@ -13,6 +13,8 @@ from lumped.language.port import Port
 from lumped.language.quantity import Quantity
 
 _METHODS = ("connections", "equations", "initial_equations")
+_FREE = ("loss", "stored")
+"""Optional methods whose names quantities and ports may have; then nothing is told by them."""
 _ALIKE = 0.88
 """Likeness of names above which one counts as the other misspelt."""
 
@@ -44,7 +46,7 @@ def refuse_slips(cls: type, base: type) -> None:
                 f"{cls.__name__}.{name}: names that begin with an underscore are not seen as parts "
                 "of a component; choose another."
             )
-        if isinstance(value, kinds) and hasattr(base, name):
+        if isinstance(value, kinds) and hasattr(base, name) and name not in _FREE:
             raise DeclarationError(
                 f"{cls.__name__}.{name}: '{name}' is a name that components use themselves; "
                 "choose another."

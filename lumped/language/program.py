@@ -24,7 +24,7 @@ class Session(ABC):
 
         Raises
         ------
-        ProgramError
+        SolverError
             If there is no answer, with the reason.
         """
 

@@ -184,7 +184,7 @@ class _Worker:
             elif why == UNFIT:
                 self._others.finish(self._runs.system, slot, self._answers)
                 slot.is_begun = 0
-            elif why == ASKS and not self._answers.does_answer(self._runs.system, slot.run):
+            elif why == ASKS and not self._answers.try_to_ask(self._runs.system, slot.run):
                 slot.status[slot.number] = ASKS
                 slot.is_begun = 0
 
@@ -267,7 +267,7 @@ class _OtherLeads:
                 if why == NEEDS_MATRIX:
                     records.add_matrix(run)
                 else:
-                    answers.give(system, run)
+                    answers.ask(system, run)
                 why = engine.call("variants", slot)
 
 

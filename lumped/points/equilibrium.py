@@ -285,7 +285,7 @@ def _settle_positions(point: OperatingPoint) -> OperatingPoint:
         point.settings, [len(point.settings) - len(system.structure.implicit)]
     )
     holds, time, x = Holds(system, point.theta), just_after(point.time), point.x.copy()
-    speed = holds.look(time, x, modes, guesses).v
+    speed = holds.look(time, x, modes, guesses).speed
     _, forward, backward = holds.parts(modes)
     turned = (forward & (speed < 0) | backward & (speed > 0)) & ~switching.has_gap
     holds.stop(x, turned)

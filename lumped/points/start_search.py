@@ -281,7 +281,7 @@ class StartSearch:
         x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
         holds = Holds(self.system, trial.theta)
         guesses = self._close(trial)[len(trial.modes) :]
-        speed = np.abs(holds.look(self.time, used, trial.modes, guesses).v)
+        speed = np.abs(holds.look(self.time, used, trial.modes, guesses).speed)
         still = speed <= holds.rounding(used) * (1.0 if stuck else ROUNDING)
         if stuck:
             still &= holds.parts(trial.modes)[STUCK]
@@ -297,7 +297,7 @@ class StartSearch:
         x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
         modes, guesses = np.split(self._close(trial), [len(trial.modes)])
         holds = Holds(self.system, trial.theta)
-        speed = holds.look(self.time, used, modes, guesses).v
+        speed = holds.look(self.time, used, modes, guesses).speed
         parts = holds.parts(modes)
         turned = (parts[FORWARD] & (speed < 0)) | (parts[BACKWARD] & (speed > 0))
         self._stop(holds, used, turned & ~self.system.switching.has_gap)

@@ -11,17 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 
+from lumped.compiler.energies import dissipated_power, stored_energies
 from lumped.compiler.formulas import derivative
 from lumped.compiler.system import System
-from lumped.errors import EquationError, told_by
 from lumped.flattening.tree import Instance
-from lumped.language.expression import Expr, Ref
-from lumped.language.lowering import lower
 from lumped.reduction.pruning import uses
 from lumped.support.display_units import display
 from lumped.support.made_once import made_once
@@ -30,7 +29,9 @@ from lumped.timeloop.results.trajectory import Piece, Trajectory
 
 _WORK = {("rad", "N.m"), ("m", "N")}
 """Units of potential and flow of a port whose product is work."""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+_GAUSS = leggauss(5)
+_NODES, _WEIGHTS = 0.5 * (1 + _GAUSS[0]), 0.5 * _GAUSS[1]
+"""Gauss points and weights of a step of length one."""
 
 
 @dataclass(frozen=True)
@@ -98,154 +99,162 @@ def audit_energy(
     EquationError
         If a method `stored` or `loss` holds something else than the component's own quantities.
     """
-    nodes = _storing(run.system)
-    if not nodes:
+    storing, others = _find_storing(run.system), _find_others(run.system)
+    if not storing:
         return None
-    steps = again(None)
-    pieces = [piece for piece in steps.pieces if len(piece.t)]
-    inner = [_inside(piece.t) for piece in pieces]
-    fine = again(np.concatenate([t.ravel() for t in inner]))
-    others = _others(run.system)
-    powers = np.concatenate([_values(piece, run.theta)[:, 1:] for piece in fine.pieces])
-    given = np.zeros(len(others))
-    supplied = dissipated = impacts = largest = worst = 0.0
-    first = before = float(_values(pieces[0], run.theta)[0, 0])
-    place = 0
-    for piece, t in zip(pieces, inner, strict=True):
-        stored = _values(piece, run.theta)[:, 0]
-        impacts += before - float(stored[0])
-        own = powers[place : place + t.size].reshape(*t.shape, 2 + len(others))
-        place += t.size
-        width = 0.5 * np.diff(piece.t)
-        work = np.cumsum(np.einsum("knp,n,k->kp", own, _WEIGHTS, width), axis=0)
-        in_, out = supplied + work[:, 0], dissipated + work[:, 1]
-        gaps = stored[1:] - first + impacts + out - in_
-        worst = max(worst, float(np.abs(gaps).max(initial=0.0)))
-        for each in (stored, in_, out):
-            largest = max(largest, float(np.abs(each).max(initial=0.0)))
-        if len(work):
-            supplied, dissipated = float(in_[-1]), float(out[-1])
-            given -= work[-1, 2:]
-        before = float(stored[-1])
-    error = worst / largest if largest else 0.0
-    paths = tuple(node.path for node in nodes)
-    works = tuple(
-        (node.path, float(work))
-        for node, work in zip(others, given, strict=True)
-        if abs(work) > 1e-9 * largest
+    courses = _follow(again, run.theta)
+    balance = _Balance(float(courses[0].stored[0]), np.zeros(len(others)))
+    first = balance.stored
+    for course in courses:
+        balance.add(course, first)
+    turnover = balance.turnover
+    return EnergyAudit(
+        components=tuple(node.path for node in storing),
+        supplied=balance.supplied,
+        change=balance.stored - first,
+        dissipated=balance.dissipated,
+        impacts=balance.impacts,
+        turnover=turnover,
+        error=balance.gap / turnover if turnover else 0.0,
+        works=tuple(
+            (node.path, float(work))
+            for node, work in zip(others, balance.given, strict=True)
+            if abs(work) > 1e-9 * turnover
+        ),
     )
-    return EnergyAudit(paths, supplied, before - first, dissipated, impacts, largest, error, works)
 
 
-def _others(system: System) -> list[Instance]:
+class _Course(NamedTuple):
+    """Energies at the steps of a piece of a run, J; work is that since the begin of the piece.
+
+    Attributes
+    ----------
+    stored : ndarray, shape (k,)
+        In the components that say so.
+    supplied, dissipated : ndarray, shape (k,)
+        Work through their ports, and what they dissipated.
+    taken : ndarray, shape (k, m)
+        Work into each of the others.
+    """
+
+    stored: np.ndarray
+    supplied: np.ndarray
+    dissipated: np.ndarray
+    taken: np.ndarray
+
+
+@dataclass
+class _Balance:
+    """Energies of a run up to an instant, by the names of `EnergyAudit`; largest gap, J."""
+
+    stored: float
+    given: np.ndarray
+    supplied: float = 0.0
+    dissipated: float = 0.0
+    impacts: float = 0.0
+    turnover: float = 0.0
+    gap: float = 0.0
+
+    def add(self, course: _Course, first: float) -> None:
+        """Go on over a piece of the run; what was stored before and is no more, impacts took."""
+        self.impacts += self.stored - float(course.stored[0])
+        supplied = self.supplied + course.supplied
+        dissipated = self.dissipated + course.dissipated
+        gaps = course.stored - first + self.impacts + dissipated - supplied
+        self.gap = max(self.gap, float(np.abs(gaps).max()))
+        for energy in (course.stored, supplied, dissipated):
+            self.turnover = max(self.turnover, float(np.abs(energy).max()))
+        self.stored = float(course.stored[-1])
+        self.supplied, self.dissipated = float(supplied[-1]), float(dissipated[-1])
+        self.given = self.given - course.taken[-1]
+
+
+def _follow(
+    again: Callable[[Sequence[float] | np.ndarray | None], Trajectory], theta: np.ndarray
+) -> list[_Course]:
+    """Energies at the steps of each piece; powers are taken at Gauss points within the steps."""
+    pieces = [piece for piece in again(None).pieces if len(piece.t)]
+    inner = [piece.t[:-1, None] + np.diff(piece.t)[:, None] * _NODES for piece in pieces]
+    wanted = np.concatenate([t.ravel() for t in inner])
+    finer = [piece for piece in again(wanted).pieces if len(piece.t)]
+    powers = np.zeros((0, _powers(pieces[0].system).size1_out(0)))
+    powers = np.concatenate([powers, *(_evaluate(_powers, piece, theta) for piece in finer)])
+    reached = np.concatenate([[], *(piece.t for piece in finer)])
+    assert np.array_equal(reached, wanted), "the finer run has other instants than the steps"
+    ends = np.cumsum([t.size for t in inner])
+    courses = []
+    for piece, own in zip(pieces, np.split(powers, ends[:-1]), strict=True):
+        by_step = own.reshape(len(piece.t) - 1, len(_NODES), own.shape[1])
+        works = np.einsum("knp,n,k->kp", by_step, _WEIGHTS, np.diff(piece.t))
+        work = np.concatenate([np.zeros((1, own.shape[1])), np.cumsum(works, axis=0)])
+        stored = _evaluate(_stored, piece, theta)[:, 0]
+        courses.append(_Course(stored, work[:, 0], work[:, 1], work[:, 2:]))
+    return courses
+
+
+def _evaluate(
+    expression: Callable[[System], ca.Function], piece: Piece, theta: np.ndarray
+) -> np.ndarray:
+    """Energies or powers at all instants of a piece, shape (k, numbers)."""
+    function = expression(piece.system)
+    return np.asarray(function(piece.x.T, theta, piece.t[None, :], piece.settings.T)).T
+
+
+@made_once
+def _stored(system: System) -> ca.Function:
+    """Energy in the components that say so."""
+    energy = ca.SX(0)
+    for node in _find_storing(system):
+        energy += stored_energies(system)[node]
+    return _function(system, energy)
+
+
+@made_once
+def _powers(system: System) -> ca.Function:
+    """Power into the components that store, power that they dissipate, power into each other."""
+    supplied = dissipated = ca.SX(0)
+    for node in _find_storing(system):
+        supplied += _power(system, node)
+        dissipated += dissipated_power(system, node)
+    taken = [_power(system, node) for node in _find_others(system)]
+    return _function(system, ca.vertcat(supplied, dissipated, *taken))
+
+
+def _function(system: System, found: ca.SX) -> ca.Function:
+    found = ca.densify(system.structure.in_states(found))
+    return ca.Function("energies", system.inputs, [found])
+
+
+@made_once
+def _find_storing(system: System) -> list[Instance]:
+    """Components whose stored energy needs no state that was left out, such as a height."""
+    structure, energies = system.structure, stored_energies(system)
+    found = uses(ca.vertcat(*energies.values()), structure.values).tocoo()
+    lost = set(found.row[~np.isin(found.col, structure.in_use)].tolist()) if energies else set()
+    return [node for i, node in enumerate(energies) if i not in lost]
+
+
+def _find_others(system: System) -> list[Instance]:
     """Components without parts that do not say what they store and have mechanical ports."""
-    storing = {node.path for node in _storing(system)}
+    storing = set(_find_storing(system))
     return [
         node
         for node in system.structure.tree.instances
-        if not node.children and node.path not in storing and _ports(node)
+        if not node.children and node not in storing and _find_ports(node)
     ]
 
 
-def _ports(node: Instance) -> list[int]:
+def _find_ports(node: Instance) -> list[int]:
     """Places of the potentials of mechanical ports."""
     quantities = node.layout.quantities
     pairs = ((i, quantities[i], quantities[i + 1]) for i in range(0, 2 * len(node.layout.ports), 2))
     return [i for i, potential, flow in pairs if (potential.unit, flow.unit) in _WORK]
 
 
-def _inside(t: np.ndarray) -> np.ndarray:
-    """Gauss points between times, shape (k - 1, 5)."""
-    return t[:-1, None] + 0.5 * np.diff(t)[:, None] * (1 + _NODES)
-
-
-def _values(piece: Piece, theta: np.ndarray) -> np.ndarray:
-    """Energy stored, power through ports, power dissipated, and power into others, (k, 3 + m)."""
-    found = _audit(piece.system)(piece.x.T, theta, piece.t[None, :], piece.settings.T)
-    return np.asarray(found).T
-
-
-@made_once
-def _energies(system: System) -> list[tuple[Instance, ca.SX]]:
-    """Components that say what they store, and that energy, by the symbols of all states."""
-    return [
-        (node, _lower_method(system, node, "stored"))
-        for node in system.structure.tree.instances
-        if hasattr(node.component, "stored")
-    ]
-
-
-@made_once
-def _storing(system: System) -> list[Instance]:
-    """Components whose stored energy needs no state that was left out, such as a height."""
-    structure, energies = system.structure, _energies(system)
-    found = uses(ca.vertcat(*(energy for _, energy in energies)), structure.values).tocoo()
-    lost = set(found.row[~np.isin(found.col, structure.in_use)].tolist()) if energies else set()
-    return [node for i, (node, _) in enumerate(energies) if i not in lost]
-
-
-def sum_stored(system: System) -> ca.SX:
-    """What all components store that say so, J, by the symbols of all states.
-
-    Raises
-    ------
-    EquationError
-        If a method `stored` holds something else than the component's own quantities.
-    """
-    found = ca.SX(0)
-    for _, energy in _energies(system):
-        found += energy
-    return found
-
-
-@made_once
-def _audit(system: System) -> ca.Function:
-    stored = power = loss = ca.SX(0)
-    energies = dict(_energies(system))
-    for node in _storing(system):
-        component: Any = node.component
-        stored += energies[node]
-        if hasattr(component, "loss"):
-            loss += _lower_method(system, node, "loss")
-        power += _power(system, node)
-    rest = [_power(system, node) for node in _others(system)]
-    found = ca.densify(system.structure.in_states(ca.vertcat(stored, power, loss, *rest)))
-    return ca.Function("audit", system.inputs, [found])
-
-
 def _power(system: System, node: Instance) -> ca.SX:
     """Power that flows into a component through its mechanical ports."""
     power = ca.SX(0)
-    for i in _ports(node):
+    for i in _find_ports(node):
         q = node.first_unknown + i
         power += system.structure.raw([q + 1]) * derivative(system.structure.values, q, 1)
     return power
-
-
-def _lower_method(system: System, node: Instance, method: str) -> ca.SX:
-    """What a method of a component tells of its own quantities, in those of the system."""
-    layout, values = node.layout, system.structure.values
-    with told_by(node.label, f"{method}()"):
-        expression: Expr = getattr(node.component, method)()
-
-    def leaf(found: Expr) -> ca.SX:
-        name = ""
-        if isinstance(found, Ref) and found.owner is node.component:
-            name = found.name
-        if name in layout.parameters:
-            return system.structure.parameters.values[
-                node.first_parameter + layout.parameters[name]
-            ]
-        if name not in layout.unknowns:
-            raise EquationError(
-                f"{node.label}: '{expression!r}' is an energy or a loss and may hold only the "
-                f"component's own quantities and parameters, not '{found!r}'."
-            )
-        return system.structure.raw([node.first_unknown + layout.unknowns[name]])
-
-    def rate(found: ca.SX) -> ca.SX:
-        moving = ca.vertcat(values.states, values.time)
-        rates = ca.vertcat(values.of([state + 1 for state in values.reduced.states]), 1)
-        return ca.jtimes(found, moving, rates)
-
-    return lower(expression, leaf, time=values.time, derivative=rate)

@@ -7,7 +7,7 @@ from typing import Unpack
 
 import numpy as np
 
-from lumped.compiler.structure import Name
+from lumped.compiler.structure import Name, Structure
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SingularModelError, SolverError, nearest
 from lumped.flattening.flatten import flatten
@@ -95,7 +95,7 @@ def inverse(
         )
     try:
         flat = flatten(system.model, motions, frozenset(drives))
-        inverted = System(flat, None, [tree.unknown_name(u) for u in system.structure.kept])
+        inverted = System(Structure(flat, None, system.structure.recipe.kept))
     except SingularModelError as error:
         raise SingularModelError(
             f"{system.name}: {' and '.join(drives)} cannot bring about a prescribed "

@@ -43,7 +43,7 @@ def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments
 
 
 class Recent(Generic[T]):
-    """Results for the keys used last.
+    """Results for the keys that were made last.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.kernel.run import MOST_JUMP
+from lumped.kernel.run import MOST_JUMP, Run
 from lumped.support.made_once import made_once
 
 _ELSEWHERE = 25
@@ -50,6 +50,20 @@ def jump_fault(
         "must follow. Prescribe a smoother motion (no jump of the angle or position, for bodies "
         "none of the speed either, behind a spring none of acceleration and jerk), or put a spring "
         "without damper in between."
+    )
+
+
+def set_twice_fault(system: System, run: Run) -> str:
+    """Words for two `when` that set one state at the present instant of a run."""
+    state, jumps = int(run.instant.set_twice), system.switching.jumps
+    first, second = (
+        f"{jumps[int(k)].name} when {jumps[int(k)].condition}"
+        for k in (run.instant.set_by[state] - 1, run.instant.setting_again)
+    )
+    return (
+        f"at t = {run.t:.9g} s two settings of {system.state_names[state]} meet: {first}, and "
+        f"{second}. One of them would be lost. Write both as one `when`, or conditions of which "
+        "only one becomes true at an instant."
     )
 
 

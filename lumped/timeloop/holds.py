@@ -30,8 +30,8 @@ class HoldValues(NamedTuple):
 
     greater: np.ndarray
     less: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
     reaction: np.ndarray
     upper: np.ndarray
     lower: np.ndarray
@@ -42,12 +42,10 @@ class HoldValues(NamedTuple):
 
 
 @made_once
-def _places(system: System) -> tuple[np.ndarray, list[int]]:
-    """State that each speed is (or -1); ends of the parts of what decides modes."""
-    s, place = system.switching, {node: i for i, node in enumerate(system.structure.states)}
-    counts = [len(s.relation_modes)] * 2 + [7 * len(s.first_modes), s.values.numel()]
-    places = np.array([place.get(node, -1) for node in s.speeds], dtype=int)
-    return places, np.cumsum(counts).tolist()
+def _places(system: System) -> np.ndarray:
+    """State that each speed is, or -1."""
+    place = {node: i for i, node in enumerate(system.structure.states)}
+    return np.array([place.get(node, -1) for node in system.switching.speeds], dtype=int)
 
 
 class Holds:
@@ -56,7 +54,7 @@ class Holds:
     def __init__(self, system: System, theta: np.ndarray) -> None:
         s = self.switching = system.switching
         self.system, self._theta = system, theta
-        self._places, self._ends = _places(system)
+        self._places = _places(system)
         self._are_states = self._places >= 0
         self._parts = s.first_modes + np.arange(3)[:, None]
         self._speed_uses = system.speed_uses
@@ -65,12 +63,11 @@ class Holds:
         """Evaluate everything that decides modes."""
         settings = np.concatenate([modes, guess])
         row = evaluate_at(self.system, "look", x, self._theta, t, settings)
-        i, j, k, m = self._ends
-        v, a, reaction, upper, lower, gap, restitution = row[j:k].reshape(7, -1)
-        upper[~self.switching.has_upper] = np.inf
-        lower[~self.switching.has_lower] = -np.inf
-        held = (v, a, reaction, upper, lower, gap, restitution)
-        return HoldValues(row[:i], row[i:j], *held, row[k:m], row[m:])
+        places = self.switching.places_needed
+        needed = {name: row[place] for name, place in places.items()}
+        needed["upper"][~self.switching.has_upper] = np.inf
+        needed["lower"][~self.switching.has_lower] = -np.inf
+        return HoldValues(**needed, rates=row[places["values"].stop :])
 
     def parts(self, modes: np.ndarray) -> np.ndarray:
         """Which are stuck, forward, backward; shape (3, h)."""
@@ -101,7 +98,8 @@ def turn_condition(
     s, found, run = system.switching, settings.copy(), 0.0
     if s.is_table[number]:
         row = evaluate_at(system, "look", x, theta, t, settings)
-        run = float(row[number] - row[len(s.conditions) + number])
+        greater, less = (row[s.places_needed[side]][number] for side in ("greater", "less"))
+        run = float(greater - less)
     s.turn(found, number, run)
     return found
 

@@ -13,6 +13,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.kernel.run import Run
 from lumped.language.program import Session
 from lumped.support.made_once import made_once
+from lumped.timeloop.guards import set_twice_fault
 
 ProgramInputs = dict[int, np.ndarray]
 """Instants, s, and what a program was given at each, by the number of the jump."""
@@ -39,20 +40,6 @@ def refuse_programs(system: System, what: str) -> None:
         )
 
 
-def set_twice_fault(system: System, run: Run) -> str:
-    """Words for two `when` that set one state at the present instant of a run."""
-    state, jumps = int(run.instant.set_twice), system.switching.jumps
-    first, second = (
-        f"{jumps[int(k)].name} when {jumps[int(k)].condition}"
-        for k in (run.instant.set_by[state] - 1, run.instant.setting_again)
-    )
-    return (
-        f"at t = {run.t:.9g} s two settings of {system.state_names[state]} meet: {first}, and "
-        f"{second}. One of them would be lost. Write both as one `when`, or conditions of which "
-        "only one becomes true at an instant."
-    )
-
-
 @made_once
 def rank_programs(system: System) -> list[int]:
     """Order in which programs are asked at one instant, from 1; 0 for jumps without any.
@@ -73,8 +60,8 @@ def rank_programs(system: System) -> list[int]:
     needs = nx.DiGraph()
     needs.add_nodes_from(asked)
     for k in asked:
-        inputs = range(jumps[k].first + len(jumps[k].nodes), jumps[k].first + jumps[k].width)
-        used = set(columns[np.isin(rows, inputs)].tolist())
+        asked_with = jumps[k].question
+        used = set(columns[(rows >= asked_with.start) & (rows < asked_with.stop)].tolist())
         needs.add_edges_from(
             (other, k)
             for other in asked
@@ -101,6 +88,21 @@ def _find_taken(system: System, number: int) -> tuple[np.ndarray, np.ndarray, np
     return np.array(which, dtype=int), states, signs
 
 
+def _claim(system: System, run: Run, number: int, states: np.ndarray) -> None:
+    """Note that a jump sets states at this instant, as the loop does where no program is asked.
+
+    Raises
+    ------
+    SolverError
+        If another set one of them.
+    """
+    for state in states.tolist():
+        if run.instant.set_by[state] > 0:
+            run.instant.set_twice, run.instant.setting_again = state, number
+            raise SolverError(set_twice_fault(system, run))
+        run.instant.set_by[state] = number + 1
+
+
 class Answers:
     """What programs answer in a run, or in runs of one thread one after the other.
 
@@ -125,8 +127,8 @@ class Answers:
             session.end()
         self._sessions.clear()
 
-    def give(self, system: System, run: Run) -> np.ndarray:
-        """Ask the program whose turn it is, and set the states that take its answers.
+    def ask(self, system: System, run: Run) -> np.ndarray:
+        """Ask the program whose turn it is, and let states take its answers.
 
         Parameters
         ----------
@@ -143,44 +145,45 @@ class Answers:
         Raises
         ------
         SolverError
-            If it does not answer.
+            If it does not answer, or another `when` sets one of the states at this instant.
         """
         number = int(run.instant.asking)
+        values = run.instant.seen.jumped[system.switching.jumps[number].question].copy()
+        answers = self._find_answers(system, run.t, number, values)
+        which, states, signs = _find_taken(system, number)
+        _claim(system, run, number, states)
+        run.instant.x[states] = signs * answers[which]
+        return np.array([run.t, *values])
+
+    def try_to_ask(self, system: System, run: Run) -> bool:
+        """As `ask`; whether it succeeds."""
+        try:
+            self.ask(system, run)
+        except SolverError:
+            return False
+        return True
+
+    def ask_and_keep(self, system: System, run: Run) -> None:
+        """As `ask`; what the program is given is kept."""
+        number = int(run.instant.asking)
+        self._since.setdefault(number, []).append(self.ask(system, run))
+
+    def _find_answers(
+        self, system: System, t: float, number: int, values: np.ndarray
+    ) -> np.ndarray:
+        """What the program of a jump answers; it begins when it is asked first."""
         jump = system.switching.jumps[number]
-        first = jump.first + len(jump.nodes)
-        values = run.instant.seen.jumped[first : jump.first + jump.width].copy()
         assert jump.program is not None
         try:
             if number not in self._sessions:
                 self._sessions[number] = jump.program.begin()
                 for row in self._before.get(number, ()):
                     self._sessions[number].answer(row[1:])
-            answers = self._sessions[number].answer(values)
+            return self._sessions[number].answer(values)
         except SolverError as error:
             raise SolverError(
-                f"at t = {run.t:.9g} s {jump.name} asks {jump.program.text}: {error}"
+                f"at t = {t:.9g} s {jump.name} asks {jump.program.text}: {error}"
             ) from None
-        which, states, signs = _find_taken(system, number)
-        for state in states.tolist():
-            if run.instant.set_by[state] > 0:
-                run.instant.set_twice, run.instant.setting_again = state, number
-                raise SolverError(set_twice_fault(system, run))
-            run.instant.set_by[state] = number + 1
-        run.instant.x[states] = signs * answers[which]
-        return np.array([run.t, *values])
-
-    def does_answer(self, system: System, run: Run) -> bool:
-        """Whether the program answers, as `give`."""
-        try:
-            self.give(system, run)
-        except SolverError:
-            return False
-        return True
-
-    def note(self, system: System, run: Run) -> None:
-        """As `give`; what the program was given is kept."""
-        number = int(run.instant.asking)
-        self._since.setdefault(number, []).append(self.give(system, run))
 
     @property
     def program_inputs(self) -> ProgramInputs:

@@ -31,12 +31,11 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.timeloop.guards import finite_fault, shrinking_fault
+from lumped.timeloop.guards import finite_fault, set_twice_fault, shrinking_fault
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.leading_states import exchange_lead
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import KeptRun, OutputRoom
-from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder
@@ -296,7 +295,7 @@ class RunBySteps(Simulation):
     def _ask(self) -> None:
         """Let a program answer."""
         try:
-            self.answers.note(self.system, self._run)
+            self.answers.ask_and_keep(self.system, self._run)
         except SolverError as error:
             self._drain()
             self.refuse(str(error))

@@ -137,7 +137,7 @@ class RunPlan(NamedTuple):
         if not isinstance(self.start, OperatingPoint):
             return watching(system, of)
         begun, of = self.start.system, [*of]
-        if not begun.is_chart_of(system):
+        if not begun.has_equations_of(system):
             raise OptionError(
                 f"{system.name}: the start point belongs to another system. Make it with the "
                 "system that is given."

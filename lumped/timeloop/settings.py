@@ -11,9 +11,9 @@ from lumped.errors import LumpedError, SolverError, StartError
 from lumped.kernel import engine
 from lumped.kernel.run import GOES_ON, INSIDE, NOT_CLOSED, SET_TWICE, Run
 from lumped.timeloop.clocks import clocks, modes_at
+from lumped.timeloop.guards import set_twice_fault
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.plants.executable import executable
-from lumped.timeloop.programs import set_twice_fault
 from lumped.timeloop.results.event import Change
 
 
@@ -182,7 +182,8 @@ def no_fit(system: System, run: Run) -> LumpedError:
     count = len(settings) - len(system.structure.implicit)
     look = holds.look(run.t, at.x.copy(), settings[:count], settings[count:])
     listed = [
-        f"{name}: {holds.word(settings, h)}, speed {look.v[h]:.4g}, reaction {look.reaction[h]:.6g}"
+        f"{name}: {holds.word(settings, h)}, speed {look.speed[h]:.4g}, "
+        f"reaction {look.reaction[h]:.6g}"
         for h, name in enumerate(s.names)
     ]
     texts = [

@@ -24,7 +24,7 @@ def renamed(text):
 def law(cls):
     """Equations, energy and loss as they are printed."""
     part = cls(**FIELDS.get(cls, {}))
-    items = [*part.equations(), *(getattr(part, name, str)() for name in ("stored", "loss"))]
+    items = [*part.equations(), part.stored(), part.loss()]
     return [renamed(list(map(str, item)) if isinstance(item, tuple) else item) for item in items]
 
 

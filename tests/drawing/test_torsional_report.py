@@ -302,7 +302,7 @@ def test_lines_differ_in_grey():
         drive(), speeds=SPEEDS, of=["shaft.tau"], excitations={"push.tau": rows}
     )
     limit = [Limit("shaft.tau", 300.0, measure=kind) for kind in ("half range", "with mean")]
-    found = study(response, limit, None, None, None, None, None, {}, {}, None)
+    found = study(response, limits=limit, heat={}, runs={})
     for figure in (order_figure(found, "shaft.tau"), synthesis_figure(found, "shaft.tau")):
         lines = figure.axes[0].lines
         assert len(lines) == 6

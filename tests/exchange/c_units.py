@@ -144,13 +144,29 @@ _OPEN = (
 def c_unit(folder, name, variables, code, *, version="3.0", flags="", units="", arrays=()):
     """A unit for co-simulation.
 
+    The code finds these, and may use what `_HEAD` includes:
+
+    * ``v``: values of all variables by their references, below 64; in version 3 the time is the
+      variable 63, which is added here;
+    * ``t``, ``to``: the time, and the end of a step;
+    * ``tell``: how the unit logs; ``word``: the string that was set last (version 3).
+
+    It defines:
+
+    * ``void begin(void)``: values when the unit is made or reset;
+    * ``int step(void)``: a step from ``t`` to ``to``; its status, or in version 3 -1 to end the
+      simulation; it may lower ``to`` where it stops;
+    * ``void output(void)``: what follows from inputs, before values are read;
+    * ``bool at_event(double* next)`` (version 3): an event, and the instant of the next.
+
+    All other functions of the standard fail, with status 3.
+
     Parameters
     ----------
     variables : str
         Elements of the model description; the value reference of each is its place in ``v``.
     code : str
-        Functions ``begin``, ``step`` (from ``t`` to ``to``; status, -1 to end), ``output`` (also
-        computes what follows from inputs) and, in version 3, ``at_event``.
+        In C, as above.
     flags, units : str
         Attributes of its kind; definitions of units.
     arrays : sequence of int
@@ -158,27 +174,38 @@ def c_unit(folder, name, variables, code, *, version="3.0", flags="", units="", 
     """
     if shutil.which("cc") is None:
         pytest.skip("there is no C compiler")
-    source, made = folder / f"{name}.c", folder / f"{name}.so"
+    text = _write_source(version, code, arrays)
+    xml = _describe(name, variables, version, flags, units)
+    return _pack(folder, name, version, xml, _compile(folder, name, text))
+
+
+def _write_source(version, code, arrays):
     is_array = "".join(f" || r == {reference}" for reference in arrays)
     text = _HEAD[version].replace("r == ARRAY", f"0{is_array}") + code
     prefix = f"fmi{version[0]}"
-    unit = getattr(fmpy, prefix)
-    functions = [n for n in dir(getattr(unit, f"FMU{version[0]}Slave")) if n.startswith(prefix)]
-    text += "".join(
-        f"int {n}(void) {{ return 3; }}\n"
-        for n in functions
-        if f" {n}(" not in text
-        and not any(n == f"{prefix}{w}{k}" for w in ("Get", "Set") for k in _KINDS)
-    )
-    source.write_text(text)
-    subprocess.run(["cc", "-w", "-shared", "-fPIC", "-o", made, source], check=True)
+    unit = getattr(getattr(fmpy, prefix), f"FMU{version[0]}Slave")
+    accesses = {f"{prefix}{way}{kind}" for way in ("Get", "Set") for kind in _KINDS}
+    missing = [n for n in dir(unit) if n.startswith(prefix) and f" {n}(" not in text]
+    return text + "".join(f"int {n}(void) {{ return 3; }}\n" for n in missing if n not in accesses)
+
+
+def _describe(name, variables, version, flags, units):
     token = "instantiationToken" if version == "3.0" else "guid"
     xml = _OPEN.format(version=version, token=token, name=name, flags=flags, units=units)
-    time = (
-        '<Float64 name="t" valueReference="63" causality="independent" variability="continuous"/>'
+    variables += _TIME if version == "3.0" else ""
+    return (
+        f"{xml}<ModelVariables>{variables}</ModelVariables><ModelStructure/></fmiModelDescription>"
     )
-    variables += time if version == "3.0" else ""
-    xml += f"<ModelVariables>{variables}</ModelVariables><ModelStructure/></fmiModelDescription>"
+
+
+def _compile(folder, name, text):
+    source, made = folder / f"{name}.c", folder / f"{name}.so"
+    source.write_text(text)
+    subprocess.run(["cc", "-w", "-shared", "-fPIC", "-o", made, source], check=True)
+    return made
+
+
+def _pack(folder, name, version, xml, made):
     path = folder / f"{name}.fmu"
     place = fmpy.platform_tuple if version == "3.0" else fmpy.platform
     with zipfile.ZipFile(path, "w") as held:
@@ -187,4 +214,5 @@ def c_unit(folder, name, variables, code, *, version="3.0", flags="", units="", 
     return path
 
 
+_TIME = '<Float64 name="t" valueReference="63" causality="independent" variability="continuous"/>'
 _KINDS = ("Float64", "Float32", "Int32", "Int64", "Boolean", "Real", "Integer")

@@ -192,6 +192,32 @@ def test_every_kind_of_number_is_that_of_an_ensemble(browser: Browser, tmp_path:
     assert deviation(browser, run, ["load.w", "shaft.tau"]) < 1e-12
 
 
+class Shaken(lp.Component):
+    """An oscillator under a load that sets in at instants that no formula tells."""
+
+    k: lp.Param = lp.param("1/s2", "stiffness of unit mass", 9.0)
+    x: lp.Var = lp.var("m", "position", start=0.3)
+    v: lp.Var = lp.var("m/s", "speed", start=0.0)
+
+    def equations(self):
+        pushed = lp.time + 0.3 * lp.ops.sin(5.0 * lp.time) > 0.4
+        yield lp.der(self.x) == self.v
+        yield lp.der(self.v) == lp.ops.where(pushed, 1.0, -1.0) - self.k * self.x
+
+
+def test_a_number_with_a_kink_beside_instants_that_no_formula_tells(
+    browser: Browser, tmp_path: Path
+):
+    system = lp.assemble(Shaken())
+    wanted = f.peak(abs(system.model.x) - 0.5 * system.model.x)
+    page = lp.live_page(system, tmp_path / "p.html", until=2.0, plots=["x"], numbers=[wanted])
+    shown(browser, page)
+    assert browser.value("place('fault').textContent") == ""
+    expected = lp.ensemble(system, over=[{"k": 9.0}], until=2.0, of=[wanted])
+    (value,) = expected[str(wanted)]
+    assert numbers(browser)[str(wanted)] == pytest.approx(value, rel=1e-6)
+
+
 def test_parameters_come_and_go_by_link_and_file(browser: Browser, tmp_path: Path):
     page = lp.live_page(
         Braked(), tmp_path / "p.html", until=1.0, sliders=["shaft.c"], plots=["load.w"]

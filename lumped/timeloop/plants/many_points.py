@@ -18,19 +18,21 @@ from lumped.code.operations import Operations, operations_of
 from lumped.code.step_functions import tabulate_steps
 from lumped.compiler.system import System
 from lumped.kernel import engine
-from lumped.kernel.plant import Function
+from lumped.kernel.plant import Function as KernelFunction
 from lumped.kernel.run import Run, Samples
 from lumped.support.made_once import Recent, made_once
 from lumped.support.process_lock import process_lock
 from lumped.timeloop.plants.executable import WORTH
 
 _NOTHING = dict.fromkeys(Run.lengths(), 0)
+_NAME = "function"
+"""Name of a function in its machine code."""
 _KEPT = 64
 """Quantities whose functions a system keeps."""
 
 
 class CountedFunction:
-    """A function, interpreted until it was evaluated so often that compiling it pays.
+    """A function for kernels, interpreted until compiling it pays by how often it was evaluated.
 
     Both give the same bits. Code that was made before is taken from the cache.
 
@@ -39,7 +41,8 @@ class CountedFunction:
     operations : Operations
         What it does.
     columns, columns_from : int
-        How many columns its last states have, and the first of these; no columns by default.
+        How many columns its last states have, in which it is linear, and the first of these
+        states; no columns by default.
 
     Attributes
     ----------
@@ -52,7 +55,7 @@ class CountedFunction:
         self.work = operations.work
         self._evaluations = 0
         self._code: Code | None = None
-        self._record = Function(
+        self._record = KernelFunction(
             count=len(operations.table),
             operations=operations.table.ravel(),
             constants=operations.constants,
@@ -60,9 +63,9 @@ class CountedFunction:
         if columns:
             self._take(load_columns(operations, columns, columns_from))
         else:
-            self._take(load_functions({"columns": operations}))
+            self._take(load_functions({_NAME: operations}))
 
-    def for_more(self, evaluations: int) -> Function:
+    def for_more(self, evaluations: int) -> KernelFunction:
         """The function, which will be evaluated so many times more."""
         if self._code is None:
             with process_lock:
@@ -94,14 +97,16 @@ class CountedFunction:
         if self._columns:
             self._take(compile_columns(self._operations, self._columns, self._from))
         else:
-            self._take(compile_functions({"columns": self._operations}))
+            self._take(compile_functions({_NAME: self._operations}))
 
     def _take(self, code: Code | None) -> None:
         if code is None:
             return
         self._code = code
-        name = "wide_address" if self._columns else "address"
-        setattr(self._record, name, code.address("columns"))
+        if self._columns:
+            self._record.wide_address = code.address("columns")
+        else:
+            self._record.address = code.address(_NAME)
 
 
 class ManyPoints:
@@ -112,7 +117,7 @@ class ManyPoints:
 
     Parameters
     ----------
-    function : Function
+    function : casadi.Function
         Its results count one after the other, with their zeros.
 
     Attributes

@@ -6,7 +6,6 @@ import dis
 import functools
 import hashlib
 import importlib.metadata
-import inspect
 import sys
 import sysconfig
 import types
@@ -246,8 +245,8 @@ def _energies(system: System) -> Iterator[bytes]:
     """What components say that they store and lose."""
     tree = system.structure.tree
     for node in {template_key(node.component): node for node in tree.instances}.values():
-        for name in ("stored", "loss"):
-            method = getattr(type(node.component), name, None)
-            if inspect.isfunction(method):
-                result = content_of(method(node.component), lambda c, n=node: tree.below(c, n))  # type: ignore[misc]
-                yield repr((node.path, name, result)).encode()
+        for tell in (node.component.stored, node.component.loss):
+            expression = tell() if callable(tell) else None  # a quantity may have the name
+            if expression is not None:
+                result = content_of(expression, lambda c, n=node: tree.below(c, n))  # type: ignore[misc]
+                yield repr((node.path, tell.__name__, result)).encode()

@@ -142,17 +142,21 @@ class _Along:
         self.slopes: Real = (waves @ (1j * solved.w[0][:, None] * solved.x[0])).real
         self.inputs: Real = (waves @ solved.u[0]).real
         self.waves = waves.conj() * (2 / samples)
-        self.settings = find_settings(steady.system, self.mean, steady.theta[0], steady.settings[0])
+        self.settings = self._settings_at(self.mean)
         self.rates, self.outputs, _ = self._at(self.mean)
         held = self.settings if steady.turns_matter else steady.settings
         mean = self.mean if steady.turns_matter else steady.x
         parts = solved.small(mean, steady.theta[0], held, steady.time)
         self.numbers = [part.mean(axis=0) for part in parts[2:]]
 
+    def _settings_at(self, x: Real) -> Real:
+        steady = self.steady
+        given = steady.theta[0], steady.settings[0], steady.time
+        return find_settings(steady.system, x, *given)
+
     def _at(self, x: Real) -> tuple[Real, Real, Real]:
         steady = self.steady
-        settings = find_settings(steady.system, x, steady.theta[0], steady.settings[0])
-        found = self.small(x, steady.theta[0], settings, steady.time)
+        found = self.small(x, steady.theta[0], self._settings_at(x), steady.time)
         return found.rates, found.outputs, found.M
 
     def _find_left_out(self, vibration: Real, slopes: Real) -> Complex:

@@ -29,7 +29,7 @@ from lumped.vibration.ordered.order_solution import (
     input_amplitudes,
 )
 from lumped.vibration.responses.amplitudes import refuse_rates
-from lumped.vibration.rotating.find_rotation import rotation
+from lumped.vibration.rotating.find_rotation import find_rotation
 from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import (
     SmallVibrations,
@@ -124,7 +124,9 @@ class OrderResponse(OrderAmplitudes):
                 )
             (at,) = old.points
         own = (parameters or old.points[0].parameters) if at is None else None
-        return rotation(self.system, old.shaft, speeds, old.turns, at, own, old.balancing)
+        return find_rotation(
+            "order_response", self.system, old.shaft, speeds, old.turns, at, own, old.balancing
+        )
 
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""
@@ -279,7 +281,7 @@ def order_response(
     if not outputs:
         raise OptionError("order_response: name at least one quantity to observe, of=[...].")
     refuse_rates(system, inputs)
-    found = rotation(system, shaft, grid, turns, at, parameters, free)
+    found = find_rotation("order_response", system, shaft, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
     return _respond(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
 

@@ -54,7 +54,7 @@ def harmonics(
         sizes = [np.tile(np.repeat(size, 2), len(orders)), np.abs(still).max(axis=0, initial=0.0)]
         return np.append(spectrum.view(float), still.mean(axis=0)), np.concatenate(sizes)
 
-    if len(steady.points) == count or (steady.settings != steady.settings[0]).any():
+    if len(steady.points) > 1 or (steady.settings != steady.settings[0]).any():
         rows = np.array([row(k)[0] for k in range(count)])
     else:
         rows = interpolate_rows(row, steady.speeds)
@@ -181,6 +181,6 @@ def _growth(small: SmallVibrations, steady: Rotation, k: int, begin: Real) -> Re
     """By what outputs, such as angles, grow with the angle of the shaft, shape (q,)."""
     cycle = 2 * np.pi * steady.turns
     x = steady.x[k : k + 1] + cycle * steady.turning
-    m = find_settings(steady.system, x, steady.theta[k], steady.settings[k])
+    m = find_settings(steady.system, x, steady.theta[k], steady.settings[k], steady.time)
     found: Real = (small(x, steady.theta[k], m, steady.time).outputs[0] - begin) / cycle
     return found

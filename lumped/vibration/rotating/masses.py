@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.compiler.energies import sum_stored
 from lumped.compiler.system import System
-from lumped.simulation.energy_audit import sum_stored
 from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import made_once
 

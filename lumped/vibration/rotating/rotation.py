@@ -43,7 +43,7 @@ class Rotation:
     turns : int
         Turns after which everything repeats.
     points : tuple of OperatingPoint
-        Operating points that were given or found, one or as many as speeds.
+        Operating points that were given or found: one, or one for each speed.
     is_given : bool
         The user gave them.
     balancing : str or None
@@ -74,7 +74,7 @@ class Rotation:
     def part(self, own: Integer) -> Rotation:
         """The rotation at some of the speeds, by their numbers."""
         points = self.points
-        if len(points) == len(self.speeds):
+        if len(points) > 1:
             points = tuple(points[k] for k in own.tolist())
         return replace(
             self,
@@ -103,7 +103,7 @@ class Rotation:
     def along(self, k: int, samples: int) -> tuple[Real, Real]:
         """States and settings at one speed over all turns, shapes (samples, n) and (samples, m)."""
         x = self.x[k] + self.angles(samples)[:, None] * self.turning
-        return x, find_settings(self.system, x, self.theta[k], self.settings[k])
+        return x, find_settings(self.system, x, self.theta[k], self.settings[k], self.time)
 
 
 def samples_of(steady: Rotation, orders: ArrayLike = 1.0) -> int:
@@ -114,7 +114,7 @@ def samples_of(steady: Rotation, orders: ArrayLike = 1.0) -> int:
     return samples
 
 
-def find_settings(system: System, x: Real, theta: Real, settings: Real) -> Real:
+def find_settings(system: System, x: Real, theta: Real, settings: Real, time: float) -> Real:
     """Settings at states, shape (points, m): conditions as their sides say, holds as given.
 
     Raises
@@ -127,7 +127,7 @@ def find_settings(system: System, x: Real, theta: Real, settings: Real) -> Real:
     count = len(switching.relation_modes)
     if not count:
         return found
-    sides, t = _sides(system), np.zeros(len(x))
+    sides, t = _sides(system), np.full(len(x), time)
     for _ in range(count + 2):
         both, before = sides(x, theta, t, found), found.copy()
         switching.begin(found, both[:, :count], both[:, count:])

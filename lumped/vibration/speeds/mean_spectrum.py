@@ -18,7 +18,7 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.find_modes import modes_of
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.natural.spectrum import REPEATED, Spectrum
-from lumped.vibration.rotating.find_rotation import rotation
+from lumped.vibration.rotating.find_rotation import find_rotation
 from lumped.vibration.rotating.harmonics import (
     derive_by_parameters,
     derive_by_speed,
@@ -86,7 +86,9 @@ def mean_modes(
     """
     if not speed > 0:
         raise OptionError(f"mean_modes: speed = {speed:g} rad/s must be above zero.")
-    turning = rotation(system, shaft, np.array([speed]), turns, at, parameters, free)
+    turning = find_rotation(
+        "mean_modes", system, shaft, np.array([speed]), turns, at, parameters, free
+    )
     first = turning.points[0]
     point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
     matrix, _ = mean_matrix(small_vibrations(turning.system, (), ()), turning, np.ones(1))

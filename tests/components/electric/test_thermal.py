@@ -18,7 +18,7 @@ from lumped.components import (
     Inertia,
     ThermalConductor,
 )
-from lumped.errors import ConnectError
+from lumped.errors import ConnectError, DeclarationError
 
 
 class HotDamper(Heated, Damper):
@@ -67,3 +67,16 @@ def test_the_page_on_heat_shows_a_model_that_warms_its_oil_by_all_of_its_energy(
     received = names["run"]["oil.T"][-1]
     expected = 293.15 + 0.5 * 10.0**2 / 2 / 7.0
     assert received == pytest.approx(expected, abs=1e-4)
+
+
+def test_a_component_that_tells_no_loss_is_not_heated():
+    class HotBody(Heated, Inertia):
+        """A body, which loses nothing."""
+
+    model = lp.compose(
+        body=HotBody(J=1.0),
+        air=FixedTemperature(T=280.0),
+        connections=lambda m: [lp.connect(m.body.heat, m.air.port)],
+    )
+    with pytest.raises(DeclarationError, match="HotBody: Heated needs a component with a method"):
+        lp.assemble(model)

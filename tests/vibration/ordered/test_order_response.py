@@ -242,3 +242,32 @@ def test_synthesis_finds_the_highest_of_lobes_that_are_nearly_alike():
     ):
         assert (found > sampled - 1e-12).all()
         assert (found < sampled + below).all()
+
+
+class Stepped(lp.Component):
+    """A rotor with a damper that doubles above a speed, shaken by a torque."""
+
+    J: lp.Param = lp.param("kg.m2", "inertia", 2.0)
+    d: lp.Param = lp.param("N.m.s/rad", "damping at low speed", 3.0)
+    tau: lp.Param = lp.param("N.m", "what shakes", 0.0)
+    phi: lp.Var = lp.var("rad", "angle")
+    w: lp.Var = lp.var("rad/s", "speed")
+
+    def equations(self):
+        damping = lp.ops.where(self.w > 30.0, 2.0 * self.d, self.d)
+        yield self.w == lp.der(self.phi)
+        yield self.J * lp.der(self.w) == self.tau - damping * (self.w - 40.0)
+
+
+@pytest.mark.parametrize("speeds", [[10.0, 20.0, 100.0], [10.0, 20.0, 28.0, 50.0, 100.0]])
+def test_each_of_uneven_speeds_has_the_conditions_that_hold_there(speeds):
+    response = lp.vibration.order_response(
+        lp.assemble(Stepped(), keep=["phi"]),
+        speeds=speeds,
+        of=["w"],
+        shaft="phi",
+        excitations={"tau": {1: 5.0}},
+    )
+    w = np.array(speeds)
+    expected = 5.0 / np.hypot(np.where(w > 30.0, 6.0, 3.0), 2.0 * w)
+    np.testing.assert_allclose(np.abs(response.values[:, 0, 0]), expected, rtol=1e-12)
