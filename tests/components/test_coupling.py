@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_turn
+from drive_chains import in_turn
+from rows import assemble_row
 from test_impact_shafts import at
 
 import lumped as lp
@@ -57,7 +58,7 @@ def test_couplings_in_a_chain_close_one_after_another_and_together():
     J, w = np.array([1.0, 2.0, 0.5, 4.0, 3.0]), np.array([10.0, -3.0, 25.0, 1.0, 0.0])
     closing = [0.1, 0.3, 0.1, 0.2]
     discs = [Inertia(J=j, w=v) for j, v in zip(J, w, strict=True)]
-    system = lp.assemble(in_turn(discs, [Coupling(u=at(t)) for t in closing]))
+    system = lp.assemble(in_turn(bodies=discs, couplings=[Coupling(u=at(t)) for t in closing]))
     run = lp.simulate(system, until=0.4, grid=[0.05, 0.15, 0.25, 0.35])
     received = np.array([run[f"bodies[{i}].w"] for i in range(5)]).T
 

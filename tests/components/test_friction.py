@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import assemble_rows, in_a_row, in_turn
+from drive_chains import in_turn
+from rows import assemble_rows, in_a_row
 
 import lumped as lp
 from lumped.components import BearingFriction, Brake, Clutch, Inertia, Stribeck, Torque, translation
@@ -183,8 +184,8 @@ def test_ten_clutches_in_series_lock_in_one_instant():
     # each body reaches the common speed steadily; a clutch carries what the bodies before it lose
     carried = np.cumsum(J_i * (w_i - common) / lock)[:-1]
     model = in_turn(
-        [Inertia(J=j, w=w) for j, w in zip(J_i.tolist(), w_i.tolist(), strict=True)],
-        [Clutch(characteristic=((0, 1),), f_max=f, u=1.0) for f in carried.tolist()],
+        bodies=[Inertia(J=j, w=w) for j, w in zip(J_i.tolist(), w_i.tolist(), strict=True)],
+        clutches=[Clutch(characteristic=((0, 1),), f_max=f, u=1.0) for f in carried.tolist()],
     )
     run = lp.simulate(lp.assemble(model), until=2.0)
     times = np.array([event.time for event in run.events])

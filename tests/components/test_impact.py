@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, assemble_rows, in_turn
+from drive_chains import in_turn
+from rows import assemble_row, assemble_rows
 from test_impact_shafts import at
 
 import lumped as lp
@@ -123,7 +124,9 @@ def train(masses, speeds, positions, restitution):
     """Bodies in a row with a one-sided contact between neighbours."""
     bodies = [Mass(m=m, v=v, s=s) for m, v, s in zip(masses, speeds, positions, strict=True)]
     return lp.assemble(
-        in_turn(bodies, [translation.Stop(restitution=restitution) for _ in bodies[1:]])
+        in_turn(
+            bodies=bodies, stops=[translation.Stop(restitution=restitution) for _ in bodies[1:]]
+        )
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from processes import python
 
-_FOLDER = Path(__file__).parent / "typing"
+_FOLDER = Path(__file__).parents[1] / "typing"
 FILES = sorted(set(_FOLDER.glob("*.py")) - set(_FOLDER.glob("test_*.py")))
 _MARK = re.compile(r"# error: ([\w-]+), (\w+)$")
 _MYPY = re.compile(r"(\w+\.py):(\d+): error: .*\[([\w-]+)\]$")

@@ -12,7 +12,7 @@ from lumped.components import Engine, Torque
 from lumped.models.diesel_genset.drive import ENGINE, Crankshaft
 from lumped.models.marine_turbine.drive import MarineTurbine
 
-DATA = Path(__file__).parent / "data" / "torsional"
+DATA = Path(__file__).parents[1] / "data" / "torsional"
 LBF_IN = 0.11298
 RPM = np.pi / 30
 FIRST = (0, 4, 2, 5, 1, 3)
