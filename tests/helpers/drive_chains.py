@@ -21,11 +21,16 @@ def in_turn(end=None, aside=None, **lists):
     """
     end, aside = end or {}, aside or {}
     most = max(len(parts) for parts in lists.values())
-    row = [parts[i] for i in range(most) for parts in lists.values() if i < len(parts)]
-    joints = list(lp.chain(*row, *end.values()))
-    joints += [lp.connect(part.flange, lists[kind][i].flange_a) for part, kind, i in aside.values()]
+
+    def connections(m):
+        held = [getattr(m, kind) for kind in lists]
+        row = [parts[i] for i in range(most) for parts in held if i < len(parts)]
+        yield from lp.chain(*row, *(getattr(m, name) for name in end))
+        for name, (_, kind, i) in aside.items():
+            yield lp.connect(getattr(m, name).flange, getattr(m, kind)[i].flange_a)
+
     others = {name: part for name, (part, *_) in aside.items()}
-    return lp.compose(**lists, **end, **others, connections=joints)
+    return lp.compose(**lists, **end, **others, connections=connections)
 
 
 def uniform(n, J=0.3, c=2e4):
