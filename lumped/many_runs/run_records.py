@@ -289,7 +289,7 @@ class RunRecords:
     def _tell_start(self, variants: Variants, point: OperatingPoint) -> None:
         """Let a variant begin at a point, before what collides there."""
         first = point.before or point
-        variants.knows_start, variants.collides = 1, int(bool(point.collisions))
+        variants.knows_start, variants.begins = 1, int(bool(point.collisions))
         variants.x_known[:], variants.m_known[:] = first.x, first.settings
         variants.nominal[:] = point.theta  # with those that the start determines
 

@@ -66,11 +66,9 @@ class Variants(Record):
     first_settings : Numbers
         Settings of functions of time at the start.
     begins : int
-        Whether positions at the start are found.
+        Whether positions at the start are found, and bodies may collide.
     x_known, m_known : Numbers
         States and settings at the start where `knows_start` is set.
-    collides : int
-        Whether bodies collide there.
     first_time : float
         Begin of the runs, s.
     width, found : int, Numbers
@@ -100,7 +98,6 @@ class Variants(Record):
     knows_start: int
     x_known: Annotated[Numbers, "states"]
     m_known: Annotated[Numbers, "settings"]
-    collides: int
     x_first: Annotated[Numbers, "states"]
     m_first: Annotated[Numbers, "settings"]
     first_time: float
@@ -160,6 +157,7 @@ def _begin_variant(variants: Variants) -> int:
     if variants.knows_start:
         copy_numbers(plant.states, variants.x_known, variants.x_first)
         copy_numbers(plant.settings, variants.m_known, variants.m_first)
+        _place(variants)
     else:
         copy_numbers(plant.settings, variants.first_settings, variants.m_first)
         _place(variants)
@@ -167,8 +165,8 @@ def _begin_variant(variants: Variants) -> int:
         copy_numbers(plant.settings, variants.m_first, run.m)
         if not _find_states(variants):
             return NO_START
-    _place(variants)
-    if variants.collides or (variants.begins and not variants.knows_start):
+    if variants.begins:
+        _place(variants)
         if begin(run) != GOES_ON:
             return NO_START
         copy_numbers(plant.states, run.instant.x, variants.x_first)
@@ -177,6 +175,7 @@ def _begin_variant(variants: Variants) -> int:
         note_collisions(run)
         _place(variants)
     else:
+        copy_numbers(plant.states, variants.x_first, run.x)
         begin_watch(run)
     place_instants(variants.clocks, run)
     run.phase, run.segment, run.end = BEGIN_SEGMENT, 0, run.edges[1]
