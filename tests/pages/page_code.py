@@ -25,8 +25,10 @@ def run_blocks(name, folder):
     """
     mpl.use("Agg")
     names, printed = {}, []
+    pairs = BLOCK.findall(read_page(name))
+    assert sum(bool(shown) for _, shown in pairs) == read_page(name).count("```text\n")
     with contextlib.chdir(folder):
-        for code, shown in BLOCK.findall(read_page(name)):
+        for code, shown in pairs:
             output = io.StringIO()
             code = code.replace("tests/data", str(ROOT / "tests" / "data"))
             with contextlib.redirect_stdout(output):
