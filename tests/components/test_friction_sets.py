@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from drive_chains import in_turn
 from rows import in_a_row
 
 import lumped as lp
@@ -94,25 +95,51 @@ def test_what_remains_takes_the_whole_load_when_one_of_two_brakes_is_released():
     assert (run["body.w"] == 0.0).all()
 
 
-# -- freewheels --------------------------------------------------------------------------------
+# -- rings -------------------------------------------------------------------------------------
+
+
+def ring(elements, speeds=(0.0, 0.0, 0.0), torque=0.0):
+    """Three bodies in a ring of friction elements, of which one is redundant; the first is driven.
+
+    Freewheels let none be slower than the one before.
+    """
+
+    def connections(m):
+        yield from lp.chain(m.drive, m.body[0])
+        for i, element in enumerate(m.element):
+            yield lp.connect(m.body[i].flange_b, element.flange_a)
+            yield lp.connect(m.body[(i + 1) % 3].flange_b, element.flange_b)
+
+    bodies = [Inertia(J=j, w=w) for j, w in zip((1.0, 2.0, 3.0), speeds, strict=True)]
+    return lp.compose(
+        drive=Torque(tau=torque), body=bodies, element=elements, connections=connections
+    )
+
+
+@pytest.mark.parametrize("torque", [4.0, -4.0, 0.0])
+@pytest.mark.parametrize("make", [lambda: Clutch(f_max=50.0, u=1.0), lambda: OneWayClutch(u=0.0)])
+def test_a_ring_turns_as_one_body_and_shares_its_load(make, torque):
+    elements = [make() for _ in range(3)]
+    run = lp.simulate(lp.assemble(ring(elements, (2.0, 2.0, 2.0), torque)), until=2.0)
+    assert not run.events
+    expected = 2.0 + torque / 6.0 * run.t
+    for i in range(3):
+        assert run[f"body[{i}].w"] == pytest.approx(expected, rel=YIELDING)
+    assert momentum(run, 3, (1, 2, 3)) == pytest.approx(6 * expected, rel=YIELDING)
+    tau = np.array([run[f"element[{i}].tau"] for i in range(3)])
+    needed = np.array([-torque + torque / 6, 2 * torque / 6, 3 * torque / 6])
+    assert np.abs(tau - np.roll(tau, 1, axis=0) - needed[:, None]).max() <= 1e-6
+    if isinstance(elements[0], OneWayClutch):
+        assert tau.max() <= 1e-6  # no freewheel pulls
+        assert np.abs(tau).max() <= 2 * abs(torque)
+    else:
+        assert np.abs(tau.sum(axis=0)).max() <= 1e-6  # equal clutches yield alike
 
 
 @pytest.mark.parametrize("speeds", [(3.0, 1.0, 2.0), (0.0, 1.0, 2.0), (5.0, 5.0, -1.0)])
 def test_bodies_of_different_speeds_in_a_ring_of_freewheels_become_one_by_an_impact(speeds):
-    """None may be slower than the one before."""
     J_i = np.array([1.0, 2.0, 3.0])
-
-    def connections(m):
-        for i, wheel in enumerate(m.wheel):
-            yield lp.connect(m.body[i].flange_b, wheel.flange_a)
-            yield lp.connect(m.body[(i + 1) % 3].flange_b, wheel.flange_b)
-
-    model = lp.compose(
-        body=[Inertia(J=j, w=w) for j, w in zip(J_i.tolist(), speeds, strict=True)],
-        wheel=[OneWayClutch(u=0.0) for _ in range(3)],
-        connections=connections,
-    )
-    run = lp.simulate(lp.assemble(model), until=1.0)
+    run = lp.simulate(lp.assemble(ring([OneWayClutch(u=0.0) for _ in range(3)], speeds)), until=1.0)
     for i in range(3):
         assert np.abs(run[f"body[{i}].w"] - J_i @ speeds / 6).max() <= YIELDING
     assert np.abs(momentum(run, 3, J_i) - J_i @ speeds).max() <= 6 * YIELDING
@@ -166,6 +193,22 @@ def test_a_mass_with_friction_comes_to_rest_at_its_stop_and_leaves_it_by_more_th
 
 
 # -- long rows ---------------------------------------------------------------------------------
+
+
+def test_of_a_hundred_clutches_in_a_row_the_first_slips_at_the_closed_form_instant():
+    J_i, limit, rate = np.random.default_rng(11).uniform(0.5, 2.0, 101), 6.0, 5.0
+    model = in_turn(
+        aside={"drive": (Torque(tau=rate * lp.time), "body", 0)},
+        body=[Inertia(J=j) for j in J_i.tolist()],
+        clutch=[Clutch(characteristic=((0, 1),), f_max=limit, u=1.0) for _ in range(100)],
+    )
+    slips = limit * J_i.sum() / J_i[1:].sum() / rate
+    run = lp.simulate(lp.assemble(model), until=2 * slips)
+    (event,) = run.events
+    assert event.component == "clutch[0]"
+    assert event.time == pytest.approx(slips, rel=1e-9)
+    last = rate * slips**2 / 2 / J_i.sum() + limit / J_i[1:].sum() * slips
+    assert run["body[100].w"][-1] == pytest.approx(last, rel=1e-9)
 
 
 class WarmGround(SupportFriction):

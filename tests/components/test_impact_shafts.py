@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from drive_chains import in_turn
 from rows import assemble_row
 
 import lumped as lp
-from lumped.components import Backlash, IdealGear, Inertia, Torque
+from lumped import functionals as fun
+from lumped.components import Backlash, Damper, Fixed, IdealGear, Inertia, Torque
 
 
 def at(instant):
@@ -52,6 +54,31 @@ def test_an_impact_in_a_gear_train_shakes_everything_that_is_rigid_with_it():
     assert run["load.w"][-1] == pytest.approx(driven / ratios[1], rel=1e-12)
     reduced = here * there / (here + there)
     assert hit.loss == pytest.approx(reduced / 2 * before**2 * (1 - e**2), rel=1e-12)
+
+
+@pytest.mark.parametrize(("seed", "restitution"), [(0, 0.2), (3, 0.5), (5, 0.0)])
+def test_ten_rattling_gears_enter_no_flank_and_keep_their_books(seed, restitution):
+    rng, d = np.random.default_rng(seed), 0.2
+    J, play, ratio = (rng.uniform(*of) for of in ((0.05, 0.5, 10), (0.005, 0.02, 9), (0.5, 2.0, 9)))
+    model = in_turn(
+        {"bearing": Damper(d=d), "ground": Fixed()},
+        {"drive": (Torque(tau=8.0 * lp.ops.sin(40.0 * lp.time)), "discs", 0)},
+        discs=[Inertia(J=j) for j in J.tolist()],
+        plays=[Backlash(b=b, restitution=restitution) for b in play.tolist()],
+        gears=[IdealGear(ratio=r) for r in ratio.tolist()],
+    )
+    run = lp.simulate(lp.assemble(model), until=0.5, rtol=1e-9)
+    for i, b in enumerate(play):
+        assert np.abs(run[f"plays[{i}].phi_rel"]).max() <= b / 2 + 1e-9
+    supplied = -run.value(fun.integral("drive.flange.tau", "discs[0].w"))
+    heat = d * run.value(fun.integral("discs[9].w", "discs[9].w"))
+    stored = sum(j / 2 * run[f"discs[{i}].w"][-1] ** 2 for i, j in enumerate(J))
+    times, each = np.unique([e.time for e in run.events], return_inverse=True)
+    lost = np.bincount(each, weights=[e.loss for e in run.events])
+    turned = lost.sum() + heat
+    assert len(times) > 20
+    assert lost.min() >= -1e-12 * turned
+    assert supplied == pytest.approx(stored + turned, abs=1e-7 * turned)
 
 
 def test_flanks_carry_the_torque_that_the_load_needs():
