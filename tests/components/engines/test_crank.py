@@ -211,6 +211,16 @@ class TestShortRod:
         words = ("crank.L = 0.9 m (length of the rod)", "greater than r + abs(e) + 1e-08 * (r + ")
         refused(ParameterError, lambda: self.swing(assembly, 12.0), *words)
 
+    @pytest.mark.parametrize("e", [0.0, E, -E])
+    @pytest.mark.parametrize("assembly", [1, -1])
+    def test_the_shortest_rod_that_is_accepted_keeps_the_energy(self, e, assembly):
+        crank = CrankSlider(r=R, L=(R + abs(e)) * (1 + 1.1e-8), e=e, m=100.0, assembly=assembly)
+        system = lp.assemble(in_a_row(fly=Inertia(J=50.0, w=2.0, phi=0.3), crank=crank))
+        run = lp.simulate(system, until=12.0)
+        assert run["fly.phi"][-1] > 4 * np.pi
+        energy = 25 * run["fly.w"] ** 2 + 50 * run["crank.v"] ** 2
+        assert np.ptp(energy) < 1e-4 * energy[0]
+
     def test_prescribed_speed_through_the_lock_is_refused(self):
         system = turning([CrankSlider(r=R, L=0.9, e=E, phase=np.pi, assembly=0)])
         with pytest.raises(SolverError, match="linkage"):
