@@ -105,6 +105,7 @@ def test_a_set_holds_all_products_up_to_its_degree(norm, degree):
 def test_a_set_keeps_within_its_count_and_the_degrees_of_each_variable():
     assert Terms.up_to([16] * 10, 1.0, 300).ends == (1, 11, 66, 286)
     assert Terms.up_to([5] * 3, 1.0, comb(8, 3)).ends[-1] == comb(8, 3)
+    assert Terms.up_to([2] * 1200, 1.0, 1500).ends == (1, 1201)
     terms = Terms.up_to([4, 1], 1.0, 100)
     assert terms.exponents.max(axis=0).tolist() == [4, 1]
 

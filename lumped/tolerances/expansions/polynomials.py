@@ -188,34 +188,43 @@ class Terms:
         count : int
             Of products, at most.
         """
-        exponents, ends = [(0,) * len(most)], [1]
+        chosen: list[_Product] = [()]
+        ends = [1]
         for degree in range(1, max(most) + 1):
             every = _products_up_to(most, norm, degree**norm * (1 + 1e-12))
             found = list(itertools.islice(every, count + 1))
             if len(found) > count:
                 break
-            exponents += sorted(set(found) - set(exponents), key=_list_powers)
-            ends.append(len(exponents))
-        return cls(np.array(exponents, dtype=np.int64), tuple(ends))
+            chosen += sorted(set(found) - set(chosen), key=_list_powers)
+            ends.append(len(chosen))
+        exponents = np.zeros((len(chosen), len(most)), dtype=np.int64)
+        for row, product in zip(exponents, chosen, strict=True):
+            for place, degree in product:
+                row[place] = degree
+        return cls(exponents, tuple(ends))
 
 
-def _list_powers(product: tuple[int, ...]) -> tuple[int, list[int], list[int]]:
+_Product = tuple[tuple[int, int], ...]
+"""Variables of a product and their degrees, in ascending order of the variables."""
+
+
+def _list_powers(product: _Product) -> tuple[int, list[int], list[int]]:
     """How many variables a product has, which, and their degrees."""
-    places = [j for j, degree in enumerate(product) if degree]
-    return len(places), places, [product[j] for j in places]
+    return len(product), [place for place, _ in product], [degree for _, degree in product]
 
 
-def _products_up_to(most: Sequence[int], norm: float, size: float) -> Iterator[tuple[int, ...]]:
-    """Degrees of all products whose sum of ``degree**norm`` is limited, found one by one."""
-    if not most:
-        yield ()
-        return
-    for degree in range(most[0] + 1):
-        left = size - degree**norm
-        if left < 0:
-            return
-        for others in _products_up_to(most[1:], norm, left):
-            yield degree, *others
+def _products_up_to(
+    most: Sequence[int], norm: float, size: float, begun: _Product = ()
+) -> Iterator[_Product]:
+    """All products whose sum of ``degree**norm`` is limited, each begun with the same factors."""
+    yield begun
+    first = begun[-1][0] + 1 if begun else 0
+    for place in range(first, len(most)):
+        for degree in range(1, most[place] + 1):
+            left = size - degree**norm
+            if left < 0:
+                break
+            yield from _products_up_to(most, norm, left, (*begun, (place, degree)))
 
 
 def products(families: Sequence[Family], z: Real, exponents: Integer) -> Real:
