@@ -117,7 +117,7 @@ def gain(system, of, names, until, start) -> float:
     """How many times as fast two threads make many gradients as one; wall times."""
     value = system.parameters[names[0]]
     over = {names[0]: value * np.linspace(0.99, 1.01, VARIANTS)}
-    given = {"over": over, "of": of, "to": names, "until": until, "start": start}
+    given = {"over": over, "of": of, "by": names, "until": until, "start": start}
     one, two = (partial(lp.gradients.gradient_ensemble, system, workers=n, **given) for n in (1, 2))
     alone, both = in_turn(one, two, rounds=4)
     return alone.seconds / both.seconds
@@ -170,8 +170,8 @@ def main() -> None:
         ("sweep back, all three", len(names), partial(back, of=[final, rms, peak])),
     ]
     for count in (1, 2, 4):
-        to = [*CHECKED[:1], *names[50 : 49 + count]]
-        cases.append(("sensitivities forward", count, partial(ahead, to=to)))
+        by = [*CHECKED[:1], *names[50 : 49 + count]]
+        cases.append(("sensitivities forward", count, partial(ahead, by=by)))
     actions = [action for *_, action in cases]
     measured, right = in_turn(*actions, rounds=ROUNDS, clock=time.process_time), derive_expected()
     head = ("what", "parameters", "time, ms", "first call, ms", "runs", "own runs", "error", "told")

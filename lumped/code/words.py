@@ -119,26 +119,27 @@ class Kernel:
     ----------
     name : str
         Its symbol.
-    source : str
-        Its text.
     space : dict
         Values of the names in it.
     function : callable
         The same in Python.
+    text : str
+        Its text, if no file has it.
     is_wide : bool
         Whether its numbers are wide. A function that never branches on a number can be.
     """
 
     name: str
-    source: str
     space: dict[str, Any]
     function: Callable[..., Any]
+    text: str = ""
     is_wide: bool = False
 
     @property
     def tree(self) -> ast.FunctionDef:
         """Its text, parsed."""
-        return _parse_function(self.source)
+        code = self.function.__code__
+        return _parse_function(self.text or _sources(code.co_filename)[code.co_firstlineno])
 
     @property
     def widened(self) -> Kernel:
@@ -153,8 +154,7 @@ class Kernel:
 def kernel(function: Written) -> Written:
     """Mark a function as part of the language; only other kernels may call it."""
     name = f"{function.__module__}.{function.__name__}"
-    source = _sources(function.__code__.co_filename)[function.__code__.co_firstlineno]
-    made: Any = Kernel(name, source, function.__globals__, function)
+    made: Any = Kernel(name, function.__globals__, function)
     return made
 
 
@@ -181,12 +181,11 @@ def _sources(file: str) -> dict[int, str]:
     }
 
 
-def make_kernel(name: str, source: str, space: dict[str, Any]) -> Any:
+def make_kernel(name: str, text: str, space: dict[str, Any]) -> Any:
     """A kernel from its text."""
     own: dict[str, Any] = {}
-    exec("from __future__ import annotations\n" + source, space, own)
-    function = own[name]
-    return Kernel(f"{space['__name__']}.{name}", source, space, function)
+    exec("from __future__ import annotations\n" + text, space, own)
+    return Kernel(f"{space['__name__']}.{name}", space, own[name], text)
 
 
 @kernel

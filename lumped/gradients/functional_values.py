@@ -212,7 +212,7 @@ class RunReadings:
         Resolved
             With a column for each alternative.
         list of slice
-            Columns of the alternatives of each reading.
+            Columns of the alternatives of each reading; none of what states do not change.
         list of int or None
             Column of the instant that decides between alternatives.
         """
@@ -221,8 +221,10 @@ class RunReadings:
         columns, guards = [], []
         for k in range(len(self.wanted)):
             terms = self.terms.get(k, ReadingTerms((InstantTerms(0.0),)))
-            columns.append(slice(len(chosen), len(chosen) + len(terms.alternatives)))
-            for own in terms.alternatives:
+            is_fixed = k not in self.integrals and not any(o.points for o in terms.alternatives)
+            alternatives = () if is_fixed else terms.alternatives
+            columns.append(slice(len(chosen), len(chosen) + len(alternatives)))
+            for own in alternatives:
                 points += [replace(point, column=len(chosen)) for point in own.points]
                 chosen.append(np.array(self.integrals) == k)
             guards.append(len(chosen) if terms.guard else None)

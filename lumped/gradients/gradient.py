@@ -240,19 +240,21 @@ def gradient_of(
     summed = RunReadings(run, read, tighten(rtol))
     swept, columns, guards = summed.sweep_back()
     found = [_chain_derivatives(run, plan.start, places, varied, order) for order in swept.found]
-    errors = np.array([swept.errors[column].max() for column in columns])
+    errors = np.array([swept.errors[column].max(initial=0.0) for column in columns])
     slopes = np.zeros((len(read), len(names)))
     absent = np.zeros(slopes.shape, dtype=bool)
     is_end = np.array(names) == END
     for k, (column, guard) in enumerate(zip(columns, guards, strict=True)):
+        ends = np.array([each.by_end for each in summed.terms[k].alternatives])
+        slopes[k, is_end], absent[k, is_end] = ends[0], differ(ends[:1], ends).any()
+        if column.start == column.stop:
+            continue
         alternatives = np.concatenate([each[column] for each in found])
         apart = np.any([differ(alternatives[0], other) for other in alternatives], axis=0)
         if guard is not None:
             moves = np.array([np.abs(each[guard]) for each in found]).max(axis=0)
             apart &= moves > 1e-12 * moves.max(initial=0.0)
-        ends = np.array([each.by_end for each in summed.terms[k].alternatives])
         slopes[k, ~is_end], absent[k, ~is_end] = alternatives[0], apart
-        slopes[k, is_end], absent[k, is_end] = ends[0], differ(ends[:1], ends).any()
     chained = Chained(wanted, summed.values, tighten(rtol))
     derivatives, kinked = chained.slopes(slopes)
     labels = tuple(str(functional) for functional in wanted)

@@ -103,11 +103,15 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             bound = signature.bind(*args, **kwargs)
         except TypeError as fault:
             unknown = [key for key in kwargs if key not in known]
-            text = (
-                f"no option '{unknown[0]}'. {nearest(unknown[0], known)}"
-                if unknown
-                else f"{fault}."
-            )
+            text = f"{fault}."
+            if unknown:
+                text = f"no option '{unknown[0]}'. {nearest(unknown[0], known)}"
+            elif is_simple and len(args) > len(plain):
+                ways = ", ".join(f"{key}=..." for key in known if key in required - {*plain})
+                first = ", ".join(f"`{key}`" for key in plain if key != "self") or "none"
+                text = (
+                    f"by position only {first}, the others by name ({ways or known[-1] + '=...'})."
+                )
             raise OptionError(f"{name}: {text}") from None
         check(bound.arguments)
         return function(*bound.args, **bound.kwargs)
