@@ -1,7 +1,7 @@
 """Draw ``layers.svg``: the folders of lumped in the order in which they may import each other.
 
 The order is that of the import contract in ``pyproject.toml``; the sentences are those that the
-folders begin with; dots show what imports what, rings what is imported for annotations only.
+folders begin with; dots show what imports what.
 """
 
 import ast

@@ -122,13 +122,13 @@ def upper(system: lp.System) -> list[str]:
         lines.append(text(814, 64 + 38 * i, formula, font_family="monospace"))
         lines.append(text(814, 81 + 38 * i, words, fill=SOFT))
     lines.append(text(814, 180, "x states, p parameters, t time,"))
-    lines.append(text(814, 198, "m: stuck, sliding, open, ..."))
+    lines.append(text(814, 198, "m settings: stuck, open, ..."))
     return lines + [arrow((x, 115), (x + 26, 115)) for x in (272, 512, 772)]
 
 
 def loop() -> list[str]:
     """The time loop: a step, its error, its margins, what holds from an instant on."""
-    boxes = ((36, 300, "step"), (184, 300, "error small?"), (184, 390, "event passed?"))
+    boxes = ((36, 300, "step"), (184, 300, "error small?"), (184, 390, "event?"))
     boxes += ((36, 390, "settle, jump"),)
     lines = []
     for x, y, words in boxes:
@@ -174,7 +174,8 @@ def middle(system: lp.System) -> list[str]:
         *lines,
         arrow((920, 212), (920, 246)),
         arrow((860, 212), (860, 230), (355, 230), (355, 246)),
-        arrow((720, 275), (694, 275)),
+        arrow((718, 268), (694, 268)),
+        arrow((692, 284), (716, 284)),
     ]
 
 
@@ -183,6 +184,7 @@ def lower() -> list[str]:
     lines = [
         arrow((355, 492), (355, 510)),
         arrow((880, 492), (880, 510)),
+        arrow((1040, 115), (1052, 115), (1052, 519), (1044, 519)),
         f'<path d="M20 524V514H1040V524" fill="none" stroke="{SOFT}" stroke-width="2"/>',
     ]
     for i, (folders, *words) in enumerate(USES):
