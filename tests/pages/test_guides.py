@@ -1,10 +1,15 @@
 """The guides are short, name files that exist, and show what the code does."""
 
+import ast
+import inspect
 import re
 import runpy
+from operator import attrgetter
 from pathlib import Path
 
 import pytest
+
+import lumped as lp
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -49,6 +54,18 @@ def test_the_map_of_the_code_has_each_folder_and_is_no_book():
     folders = {file.parent.name for file in (ROOT / "lumped").glob("*/__init__.py")}
     assert folders <= set(titles)
     assert len(page.split()) <= 3_500
+
+
+@pytest.mark.parametrize("page", ["analyses/README.md", "cheat_sheet.md"])
+def test_a_call_in_a_table_has_the_arguments_of_its_function(page):
+    calls = re.findall(r"`(lp\.[\w.]+\([^`]*\))`", (DOCS / page).read_text(encoding="utf-8"))
+    nodes = [node for call in calls for node in ast.walk(ast.parse(call))]
+    assert nodes
+    for call in nodes:
+        if isinstance(call, ast.Call):
+            function = attrgetter(ast.unparse(call.func).removeprefix("lp."))(lp)
+            named = {word.arg: word.value for word in call.keywords}
+            inspect.signature(function).bind(*call.args, **named)
 
 
 def test_the_readme_has_at_most_150_lines():
