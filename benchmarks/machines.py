@@ -17,14 +17,14 @@ from benchmarks.hybrid import Coupled
 from lumped.models import MACHINES, machine
 
 
-def three_clutches(**options) -> lp.Trajectory:
+def measure_clutches(**options) -> lp.simulation.WorkPrecision:
     """Four inertias and three clutches."""
-    return lp.simulate(lp.assemble(Coupled()), until=1.5, **options)
+    return lp.simulation.work_precision(lp.assemble(Coupled()), until=1.5, **options)
 
 
-SCENES: dict[str, Callable[..., lp.Trajectory]] = {
-    **{text: machine(name).scene for name, text in MACHINES.items()},
-    "Three clutches": three_clutches,
+SCENES: dict[str, Callable[..., lp.simulation.WorkPrecision]] = {
+    **{text: machine(name).accuracy for name, text in MACHINES.items()},
+    "Three clutches": measure_clutches,
 }
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 
@@ -39,11 +39,7 @@ def main() -> None:
     for axis in axes[len(SCENES) :]:
         axis.set_axis_off()
     for axis, (name, scene) in zip(axes, SCENES.items(), strict=False):
-        run = scene(grid=1)
-        until = float(run.t[-1])
-        found = lp.simulation.work_precision(
-            run.system, until=until, tolerances=TOLERANCES, start=run.point(0.0)
-        )
+        found = scene(tolerances=TOLERANCES)
         for method in dict.fromkeys(row.method for row in found.rows):
             good = [r for r in found.rows if r.method == method and r.error > 0]
             axis.loglog(

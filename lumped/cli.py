@@ -245,17 +245,12 @@ def _report(name: str, file: Path, changes: Changes) -> Path:
     from lumped.drawing.page import report_html
     from lumped.models.about import size_motor
     from lumped.models.sources import constants
-    from lumped.simulation.work_precision import work_precision
 
     if own := _own(name, "report"):
         return Path(own(file, changes))
     chosen = machine(name)
     about = chosen.ABOUT
     run = chosen.scene(about.until, parameters=changes, grid=4000, certify=True)
-    short = chosen.scene(parameters=changes, grid=1)
-    accuracy = work_precision(
-        short.system, until=float(short.t[-1]), start=short.point(0.0), tolerances=_TOLERANCES
-    )
     model, _, kept = run.system.origin
     text: dict[str, str | Sequence[str]] = {"Introduction": about.introduction}
     if changes:
@@ -276,7 +271,7 @@ def _report(name: str, file: Path, changes: Changes) -> Path:
         figures=figures,
         runs={about.scene: run},
         sizing={motor.name: size_motor(run, motor) for motor in about.motors},
-        accuracy=accuracy,
+        accuracy=chosen.accuracy(changes, tolerances=_TOLERANCES),
     )
 
 
@@ -284,6 +279,13 @@ def _run(chosen: Machine, name: str, json_file: Path | None, plot_folder: Path |
     rows = chosen.rows()
     print(f"{MACHINES[name]}\n")
     print(_compared(rows))
+    found = chosen.accuracy(methods=["auto"], tolerances=(1e-4, 1e-6, 1e-8))
+    told = "; ".join(
+        f"{1e3 * row.seconds:.2g} ms, {max(row.error, found.reference_error):.0e} "
+        f"(rtol {row.rtol:.0e})"
+        for row in found.rows
+    )
+    print(f"\nrun time of {chosen.short:g} s and error, largest of a state over its range: {told}")
     if json_file:
         keys = ("quantity", "unit", "published", "bounds", "fitted", "computed", "mark", "place")
         records = [{key: getattr(row, key) for key in (*keys, "remark")} for row in rows]

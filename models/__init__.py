@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from lumped.compiler.system import System
     from lumped.models.about import About, Measure
+    from lumped.simulation.work_precision import WorkPrecision
     from lumped.timeloop.results.operating_point import OperatingPoint
     from lumped.timeloop.results.trajectory import Trajectory
 
@@ -164,6 +165,14 @@ class Machine:
     def scene(self, until: float | None = None, **options: Any) -> "Trajectory":
         """The run of the report; it ends at `short` unless `until` is given."""
         return self.run(until=self.short if until is None else until, **options)
+
+    def accuracy(
+        self, parameters: Mapping[str, Any] | None = None, **options: Any
+    ) -> "WorkPrecision":
+        """Error against run time of the run that ends at `short`, as `work_precision`."""
+        run = self.scene(parameters=parameters, grid=1)
+        until, start = float(run.t[-1]), run.point(0.0)
+        return lp.simulation.work_precision(run.system, until=until, start=start, **options)
 
     def plots(self) -> "dict[str, Figure]":
         """Figures by the names of their captions."""

@@ -93,6 +93,15 @@ def test_run_prints_published_numbers_apart_with_deviation_and_place(ran: Ran):
         assert f"[{mark}] {text}" in ran.printed
 
 
+def test_run_tells_the_error_against_the_run_time(ran: Ran):
+    (line,) = [line for line in ran.printed.splitlines() if line.startswith("run time of")]
+    found = re.findall(r"([\d.]+) ms, (\d+e-\d+) \(rtol (1e-\d+)\)", line)
+    errors, tolerances = (np.array([float(row[k]) for row in found]) for k in (1, 2))
+    assert len(found) == 3
+    assert (np.diff(errors) < 0).all()
+    assert (errors < 300 * tolerances).all()
+
+
 def test_json_holds_every_number_with_its_mark_and_reason(ran: Ran):
     expected = [
         {

@@ -51,9 +51,9 @@ def fastest_peer(problem: str) -> str:
     return f"{problem}: {ahead['ratio to lumped']} ({ahead['package']})"
 
 
-def edges() -> str:
+def edges(name: str) -> str:
     """How many runs end how."""
-    outcomes = [row["outcome"] for row in rows("extreme")]
+    outcomes = [row["outcome"] for row in rows(name)]
     within, outside = (sum(o.startswith(w) for o in outcomes) for w in ("within", "OUTSIDE"))
     refused = len(outcomes) - within - outside
     return (
@@ -152,7 +152,14 @@ def summary() -> list[tuple[str, str, str]]:
             "scatter",
             "; ".join("{what} {ratio}".format_map(row) for row in rows("scatter")),
         ),
-        ("stiffness, inertia, tolerance and geometry at their edges", "extreme", edges()),
+        *(
+            (
+                f"stiffness, inertia, tolerance and geometry at their edges, {what}",
+                name,
+                edges(name),
+            )
+            for what, name in (("closed forms", "extreme"), ("five machines", "machine_extremes"))
+        ),
     ]
 
 

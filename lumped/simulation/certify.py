@@ -22,6 +22,8 @@ _CLOSE = 1e-9
 _FURTHEST = 1e-3
 """Part of a run up to which two instants are taken for the same event."""
 _STILL = 1e-9
+_NOISE = 100.0
+"""Tolerances of the reference within which a quantity only seems to vary."""
 _INNER = np.array([0.2, 0.4, 0.6, 0.8])
 
 
@@ -39,7 +41,8 @@ class Deviation:
         Where it is, s.
     range : float
         Largest less smallest value of the reference. Of what stands still (less than 1e-9 of its
-        size or of its nominal value) that size, or the nominal value if it is larger.
+        size or of its nominal value) that size, or the nominal value if it is larger; of what
+        varies by less than a hundred tolerances of the reference, its size.
 
     All are nan where no instant counts.
     """
@@ -96,8 +99,10 @@ def choose_names(system: System, names: Iterable[Name] | None) -> list[str]:
     return found
 
 
-def compare_runs(run: Trajectory, reference: Trajectory, names: Iterable[str]) -> Comparison:
-    """Compare two runs that give their quantities at the same times.
+def compare_runs(
+    run: Trajectory, reference: Trajectory, rtol: float, names: Iterable[str]
+) -> Comparison:
+    """Compare two runs that give their quantities at the same times, the second made to `rtol`.
 
     An event is at slightly different instants in two runs, and between these they differ by the
     whole jump. So the time between the instants of an event does not count, nor 1e-9 of the run
@@ -123,7 +128,7 @@ def compare_runs(run: Trajectory, reference: Trajectory, names: Iterable[str]) -
     if matched < max(len(mine), len(others)):
         from_ = min(e.time for e in (*mine[matched:], *others[matched:]))
         missed = f"{len(mine)} events, {len(others)} in the reference; differ from t = {from_:g} s"
-    found = tuple(_deviation(run, reference, name, counts) for name in names)
+    found = tuple(_deviation(run, reference, rtol, name, counts) for name in names)
     return Comparison(found, t[counts], window, int((~counts).sum()), missed)
 
 
@@ -146,15 +151,18 @@ def _events(run: Trajectory) -> list[Event]:
     return [event for event in run.events if event.kind != "states"]
 
 
-def _deviation(run: Trajectory, reference: Trajectory, name: str, counts: np.ndarray) -> Deviation:
+def _deviation(
+    run: Trajectory, reference: Trajectory, rtol: float, name: str, counts: np.ndarray
+) -> Deviation:
     quantity = reference.system.quantity(name)
     expected, t = reference[name][counts], reference.t[counts]
     if not len(t):
         return Deviation(name, quantity.unit, np.nan, np.nan, np.nan)
-    size = max(float(np.abs(expected).max()), quantity.nominal)
-    extent = float(np.ptp(expected))
-    if extent <= _STILL * size:
-        extent = size
+    largest, extent = float(np.abs(expected).max()), float(np.ptp(expected))
+    if extent <= _STILL * max(largest, quantity.nominal):
+        extent = max(largest, quantity.nominal)
+    elif extent <= _NOISE * rtol * largest:
+        extent = largest
     difference = np.abs(run[name][counts] - expected)
     place = int(difference.argmax())
     return Deviation(
@@ -194,7 +202,7 @@ class Certificate(RichHtml):
 
     @checked
     def __getitem__(self, name: Name) -> Deviation:
-        found = compare_runs(self.run, self.tighter, [self.run.system.key(name)])
+        found = compare_runs(self.run, self.tighter, self.rtol, [self.run.system.key(name)])
         return found.deviations[0]
 
     @property

@@ -256,7 +256,7 @@ def _certify(found: Trajectory, point: OperatingPoint, plan: RunPlan) -> Traject
         tighter = again(times, tightly=True)
         energy = audit_energy(found, lambda times: again(times, tightly=closed))
         names = choose_names(found.system, None) if found.system.structure.states else []
-        states = compare_runs(same, tighter, names)
+        states = compare_runs(same, tighter, tight, names)
         certificate = Certificate(same, tighter, len(inner), tight, states, energy)
         return replace(found, certificate=certificate)
     except SolverError as error:

@@ -241,11 +241,11 @@ def work_precision(
         reference = run("steps", tight)
         text = f"steps at rtol {tight:.1g}, checked at {10 * tight:.1g}"
         check = run("steps", 10 * tight)
-    own = compare_runs(check, reference, names)
+    own = compare_runs(check, reference, tight, names)
     rows, window = [], own.window
     for method in chosen:
         for rtol in ladder:
-            row, excluded = _row(reference, names, run, method, rtol)
+            row, excluded = _row(reference, tight, names, run, method, rtol)
             rows.append(row)
             window = max(window, excluded)
     return WorkPrecision(system, tuple(rows), tuple(names), text, own.worst.relative, window)
@@ -261,6 +261,7 @@ def _methods(system: System) -> list[Method]:
 
 def _row(
     reference: Trajectory,
+    tight: float,
     names: list[str],
     run: Callable[[Method, float, int], Trajectory],
     method: Method,
@@ -270,7 +271,7 @@ def _row(
     nan = float("nan")
     try:
         found = run(method, rtol, _MOST_STEPS)
-        comparison = compare_runs(found, reference, names)
+        comparison = compare_runs(found, reference, tight, names)
     except LumpedError as error:
         counts, reason = _counts(getattr(error, "partial", None)), str(error).splitlines()[0]
         return WorkRow(method, rtol, nan, "", nan, *counts, 0, reason), 0.0

@@ -235,9 +235,20 @@ def test_a_closed_form_between_events_is_compared_inside_too():
 def test_a_comparison_of_nothing_is_no_agreement(two_mass):
     run = lp.simulate(lp.assemble(two_mass), until=1.0, grid=[0.5])
     spoiled = replace(run, events=(lp.simulation.Event(0.5, "shaft", "condition", "a", "b"),))
-    found = compare_runs(spoiled, spoiled, ["a.w"])
+    found = compare_runs(spoiled, spoiled, 1e-9, ["a.w"])
     assert np.isnan(found.worst.relative)
     assert len(found.t) == 0
+
+
+def test_what_only_seems_to_vary_is_measured_by_its_size():
+    # steady at -1.5 rad but for a swing of 1e-7 of it, which the tolerance does not see
+    parts = {"motor": Inertia(J=1.0), "shaft": Spring(c=10.0), "body": Inertia(J=1.0)}
+    system = assemble_row(drive=Torque(tau=20.0), **parts, load=Torque(tau=-10.0))
+    start = {"shaft.phi_rel": -1.5 * (1 + 1e-7), "motor.w": 15.0, "body.w": 15.0}
+    run = lp.simulate(system, until=2.0, method="explicit", certify=True, start=start)
+    found = run.certificate["shaft.phi_rel"]
+    assert found.range == pytest.approx(1.5, rel=1e-6)
+    assert found.relative < 1e-6
 
 
 def test_an_interrupt_while_certifying_leaves_the_run(two_mass, monkeypatch):

@@ -80,7 +80,7 @@ def test_a_missed_event_counts():
         until=2.0,
         grid=grid,
     )
-    comparison = compare_runs(free, right, ["body.w"])
+    comparison = compare_runs(free, right, 1e-9, ["body.w"])
     print(comparison)
     assert "in the reference" in comparison.missed
     assert comparison.worst.relative > 0.1
