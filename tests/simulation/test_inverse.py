@@ -213,6 +213,25 @@ def test_a_motion_that_is_not_smooth_enough_is_refused_where_it_kinks():
     refuses(SolverError, two_masses(), {"b.w": speed}, "motor.tau", *words)
 
 
+class Lever(lp.Component):
+    """A force on a lever that passes its dead centre at 1 s."""
+
+    flange = lp.Flange()
+    u: lp.Input = lp.Input("N", "force")
+
+    def equations(self):
+        yield self.flange.tau == -self.u * (lp.time - 1.0)
+
+
+def test_a_run_through_a_dead_centre_is_refused_and_kept_up_to_there():
+    system = lp.assemble(in_a_row(motor=Lever(u=0.0), b=Inertia(J=J_B)))
+    with pytest.raises(SolverError, match=r"t = 1 s.*as at a dead centre") as fault:
+        lp.inverse(system, motion={"b.w": 3 * lp.time}, drive="motor.u", until=2.0, grid=20)
+    run = fault.value.partial
+    assert run.t[-1] == 1.0
+    assert worst(run["motor.u"][:-1], 3 * J_B / (run.t[:-1] - 1)) < 1e-12
+
+
 def test_a_drive_that_does_not_act_on_the_motion_is_refused():
     parts = {"motor": Torque(tau=0.0), "a": Inertia(J=1.0)}
     parts |= {"other": Torque(tau=3.0), "b": Inertia(J=1.0)}
@@ -263,6 +282,7 @@ def test_dry_friction_behind_a_spring_is_refused():
             ["a.w (angular velocity, rad/s) of a (Inertia) is not an input", "motor.tau"],
         ),
         (OptionError, {"b.w": "fast"}, "motor.tau", ["b.w = 'fast'", "rad/s"]),
+        (OptionError, {"b.w": "3"}, "motor.tau", ["b.w = '3'", "rad/s"]),
         (OptionError, {"b.w": float("nan")}, "motor.tau", ["finite"]),
         (UnknownNameError, {"b.omega": 1.0}, "motor.tau", ["b.omega"]),
         (UnknownNameError, {"b.w": 1.0}, "motor.torque", ["motor.torque"]),
