@@ -1,7 +1,6 @@
 """Start of a synchronous motor through natural frequencies, and passages in closed form.
 
-`tests/data/torsional/04_synchronous_motor_start`: DOP853 at 1e-10 and Duhamel's integral with the
-error function of complex argument, both in SciPy.
+`tests/data/torsional/04_synchronous_motor_start`: DOP853 of SciPy at 1e-10.
 """
 
 from pathlib import Path
