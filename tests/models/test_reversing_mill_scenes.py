@@ -96,6 +96,25 @@ def skid_by_hand(M_s: float, M_k: float, times: np.ndarray):
 
 
 class TestSkidding:
+    def test_instants_and_modes_are_those_of_the_reference(self):
+        run = scenes.skidding(rtol=1e-10)
+        table = data("skid_events")
+        received = changes(run)
+        expected = table[:, 0]
+        assert [mode for _, mode in received] == ["forward", "stuck", "forward", "stuck"]
+        error = np.abs([t for t, _ in received] - expected).max()
+        assert error < 1e-8
+        assert np.abs(expected - [0.031472, 0.205081, 0.212507, 0.231298]).max() < 5.1e-7
+
+    def test_signals_and_their_peaks_are_those_of_the_reference(self):
+        table = data("skid")
+        run = scenes.skidding(grid=table[:, 0], rtol=1e-10)
+        received, expected = run.table(SIGNALS), table[:, 2:]
+        error = np.abs(received - expected).max(axis=0) / np.abs(expected).max(axis=0)
+        assert error.max() < 1e-6
+        assert relative(received.max(axis=0), expected.max(axis=0)) < 1e-6
+        assert (run["gap.position"] == table[:, 1]).all()
+
     def test_after_the_fourth_change_it_sticks_for_ever(self):
         run = scenes.skidding(until=10.0, grid=20_000, rtol=1e-8)
         last = changes(run)[3][0]
