@@ -1,4 +1,4 @@
-"""Energies of modes against shapes, matrices and derivatives of frequencies."""
+"""Energies of modes against shapes and matrices, participation against differences."""
 
 import numpy as np
 import pytest

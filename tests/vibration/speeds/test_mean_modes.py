@@ -120,7 +120,7 @@ def test_the_mean_inertia_stands_in_for_the_true_one_to_second_order_of_its_vari
 
 def test_the_six_cylinders_have_their_constant_inertias():
     modes = scenes.mean_modes()
-    # of the inertias and stiffnesses alone; damping changes its square
+    # by inertias and stiffnesses alone; damping changes the square of the frequency
     assert modes.hertz == pytest.approx(chain_hertz(INERTIAS, STIFFNESSES), rel=3e-4)
 
 
