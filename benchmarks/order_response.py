@@ -4,8 +4,8 @@ Chains of inertias and springs with a loss factor, excited at six of them by 24 
 speeds: all amplitudes of two shaft torques by `order_response`, against numpy written by hand for
 this drive, whose batched solver takes the complex matrices of all points at once, and against one
 tridiagonal elimination for all points, which no branched drive has. Least of several calls,
-alternating, processor time; the difference is relative to the largest amplitude. A six-cylinder
-crankshaft has nine masses.
+alternating, processor time; the difference is relative to the largest amplitude. Nine inertias are
+those of a six-cylinder crankshaft (`models/diesel_genset`).
 
     python -m benchmarks.order_response
 """
@@ -84,8 +84,9 @@ def by_hand(J: np.ndarray, k: np.ndarray, T: np.ndarray) -> tuple[Solved, Solved
     diagonal = np.append(stiff, 0) + np.insert(stiff, 0, 0)
 
     def torques(phi: np.ndarray) -> np.ndarray:
-        twists = k[[0, -1]] * (phi[:, [1, -1]] - phi[:, [0, -2]])
-        return twists.reshape(len(SPEEDS), ORDERS, 2)
+        # tau_c is the elastic part, so k without the loss
+        found = k[[0, -1]] * (phi[:, [1, -1]] - phi[:, [0, -2]])
+        return found.reshape(len(SPEEDS), ORDERS, 2)
 
     def dense() -> np.ndarray:
         K = np.diag(diagonal) - np.diag(stiff, 1) - np.diag(stiff, -1)

@@ -23,7 +23,6 @@ from lumped.components import (
     SampledPI,
     SeparatelyExcitedDCMotor,
     SeriesDCMotor,
-    Speed,
     SpeedSensor,
     SquareRootController,
     Torque,
@@ -36,13 +35,31 @@ SWEEP = 2000.0
 """Length of a run along a characteristic, s: so slow that currents are settled."""
 
 
-class Armature(lp.Component):
+class Ramp(lp.Component):
+    """A source of speed that rises evenly.
+
+    The speed is a state: along a formula of time all switches are sought before the run, and two
+    limits of a motor that agree over a while touch too often for that.
+    """
+
+    flange = lp.Flange()
+    low: lp.Param = lp.param("rad/s", "first speed", 0.0)
+    high: lp.Param = lp.param("rad/s", "last speed", 100.0)
+    w: lp.Var = lp.var("rad/s", "speed", start=low)
+
+    def equations(self):
+        """Yield the motion."""
+        yield lp.der(self.flange.phi) == self.w
+        yield lp.der(self.w) == (self.high - self.low) / SWEEP
+
+
+class MotorOn100V(lp.Component):
     """A direct-current motor on 100 V, turned by a source of speed."""
 
     source: VoltageSource = VoltageSource(v=100.0)
     ground: Ground = Ground()
     motor: lp.Component = DCMotor(k=0.637, R=0.05, L=1.5e-3, J=0.15)
-    turn: Speed = Speed()
+    turn: Ramp = Ramp()
 
     def connections(self):
         """Yield the circuit and the shaft."""
@@ -51,7 +68,7 @@ class Armature(lp.Component):
         yield lp.connect(self.motor.flange, self.turn.flange)
 
 
-class Excited(Armature):
+class Excited(MotorOn100V):
     """The same with a field on a voltage of its own."""
 
     field: VoltageSource = VoltageSource(v=100.0)
@@ -66,32 +83,36 @@ class Excited(Armature):
         yield lp.connect(self.field.n, self.motor.field_n, self.source.n)
 
 
-class Shaft(lp.Component):
+class MotorStand(lp.Component):
     """A motor turned by a source of speed."""
 
     motor: lp.Component = InductionMotor(w_s=157.08, tau_k=140.0, s_k=0.2, J=0.1)
-    turn: Speed = Speed()
+    turn: Ramp = Ramp()
 
     def connections(self):
         """Yield the shaft."""
         yield lp.connect(self.motor.flange, self.turn.flange)
 
 
-def sweep(model, low, high):
-    """Speed in 1/min and torque while the speed rises evenly."""
-    w = low + (high - low) * lp.time / SWEEP
-    system = lp.assemble(model.with_({"turn.w": w}))
-    run = lp.simulate(system, until=SWEEP, grid=400, rtol=1e-8)
-    seen = run.t > 0.01 * SWEEP
-    return run["motor.w"][seen] * RPM, run["motor.tau"][seen]
+def sweep(model, low, high, names=("motor.tau",)):
+    """Speed in 1/min and quantities while the speed rises evenly."""
+    system = lp.assemble(model.with_({"turn.low": low, "turn.high": high}))
+    run = lp.simulate(system, until=SWEEP, grid=600, rtol=1e-8)
+    seen = run.t > 0.01 * SWEEP  # before, currents settle from rest
+    return run["motor.w"][seen] * RPM, *(run[name][seen] for name in names)
+
+
+def style(axes):
+    """A light grid without a frame."""
+    axes.grid(color="0.9")
+    axes.spines[["top", "right"]].set_visible(False)
 
 
 def panel(title, x, y):
     """A figure of one panel."""
     figure, axes = plt.subplots(figsize=(6, 3.4), layout="constrained")
     axes.set(title=title, xlabel=x, ylabel=y)
-    axes.grid(color="0.9")
-    axes.spines[["top", "right"]].set_visible(False)
+    style(axes)
     return figure, axes
 
 
@@ -106,16 +127,14 @@ def dc_motors():
     figure, axes = panel("Direct-current motors on 100 V", "speed, 1/min", "torque, N.m")
     series = SeriesDCMotor(k=0.00637, R=0.06, L=2e-3, J=0.15)
     quasi_static = QuasiStaticSeriesDCMotor(k=0.00637, R=0.06, J=0.15)
-    for label, model, low, high in (
-        ("permanent magnets", Armature(), 110, 157),
-        ("separate field, full", Excited(), 110, 157),
-        ("separate field, 70 %", Excited().with_({"field.v": 70.0}), 150, 224),
-        ("series", Armature(motor=series), 95, 300),
-        ("series, quasi-static", Armature(motor=quasi_static), 95, 300),
+    for label, model, low, high, line in (
+        ("permanent magnets", MotorOn100V(), 110, 157, "-"),
+        ("separate field, full", Excited(), 110, 157, "--"),
+        ("separate field, 70 %", Excited().with_({"field.v": 70.0}), 150, 224, "-"),
+        ("series", MotorOn100V(motor=series), 95, 300, "-"),
+        ("series, quasi-static", MotorOn100V(motor=quasi_static), 95, 300, "k:"),
     ):
-        style = {"full": "--", "static": ":"}.get(label.rpartition("-")[2].split()[-1], "-")
-        colour = "black" if style == ":" else None
-        axes.plot(*sweep(model, low, high), style, color=colour, label=label)
+        axes.plot(*sweep(model, low, high), line, label=label)
     axes.set_ylim(0, 180)
     axes.legend(frameon=False)
     save(figure, "dc_motors")
@@ -128,7 +147,7 @@ def induction_motor():
     )
     for a in (0.0, 1.0):
         motor = InductionMotor(w_s=157.08, tau_k=140.0, s_k=0.2, a=a, J=0.1)
-        axes.plot(*sweep(Shaft(motor=motor), -30.0, 200.0), label=f"a = {a:g}")
+        axes.plot(*sweep(MotorStand(motor=motor), -30.0, 200.0), label=f"a = {a:g}")
     axes.axhline(0, color="0.6", linewidth=0.8)
     axes.axvline(1500, color="0.6", linewidth=0.8)
     axes.annotate(
@@ -143,7 +162,7 @@ def converter_drive():
     figure, axes = panel("Converter drive: 50 N.m and 5 kW at most", "speed, 1/min", "torque, N.m")
     for wanted in (80.0, 30.0, -80.0):
         motor = ConverterDrive(tau_max=50.0, P_max=5e3, T=5e-3, J=0.1, wanted=wanted)
-        axes.plot(*sweep(Shaft(motor=motor), 0.0, 300.0), label=f"wanted {wanted:g} N.m")
+        axes.plot(*sweep(MotorStand(motor=motor), 0.0, 300.0), label=f"wanted {wanted:g} N.m")
     axes.axvline(100 * RPM, color="0.6", linewidth=0.8)
     axes.annotate(
         "base speed", (100 * RPM, 0), xytext=(4, 0), textcoords="offset points", va="center"
@@ -155,28 +174,27 @@ def converter_drive():
 def field_oriented_motor():
     """Torque, flux and power over speed at the limit of a field-oriented motor."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.2), layout="constrained")
+    V_max, I_max = 310.0, 150.0
     motor = FieldOrientedMotor(
         pairs=2, R_s=0.05, R_r=0.04, L_m=0.03, L_ls=1.2e-3, L_lr=1e-3,
-        psi_n=0.9, V_max=310.0, I_max=150.0, T=1e-3, J=0.4, wanted=1e6,
+        psi_n=0.9, V_max=V_max, I_max=I_max, T=1e-3, J=0.4, wanted=1e6,
     )  # fmt: skip
-    for wanted in (1e6, 150.0, 50.0):
-        model = Shaft(motor=motor.with_({"wanted": wanted}))
-        label = "at its limit" if wanted > 1e3 else f"wanted {wanted:g} N.m"
-        left.plot(*sweep(model, 0.0, 700.0), label=label)
-    model = Shaft(motor=motor).with_({"turn.w": 700.0 * lp.time / SWEEP})
-    run = lp.simulate(lp.assemble(model), until=SWEEP, grid=400, rtol=1e-8)
-    seen = run.t > 0.01 * SWEEP
-    for name, scale, label in (
-        ("psi", 1.0, "flux of the rotor, V.s"),
-        ("i", 150.0, "current over I_max"),
-        ("V", 310.0, "voltage over V_max"),
+    for wanted, label in (
+        (1e6, "at its limit"),
+        (150.0, "wanted 150 N.m"),
+        (50.0, "wanted 50 N.m"),
     ):
-        right.plot(run["motor.w"][seen] * RPM, run[f"motor.{name}"][seen] / scale, label=label)
+        model = MotorStand(motor=motor.with_({"wanted": wanted}))
+        left.plot(*sweep(model, 0.0, 700.0), label=label)
+    names = ("motor.psi", "motor.i", "motor.V")
+    speed, flux, current, voltage = sweep(MotorStand(motor=motor), 0.0, 700.0, names)
+    right.plot(speed, flux, label="flux of the rotor, V.s")
+    right.plot(speed, current / I_max, label="current over I_max")
+    right.plot(speed, voltage / V_max, label="voltage over V_max")
     left.set(title="torque, N.m", xlabel="speed, 1/min", ylim=(0, 410))
     right.set(title="at its limit", xlabel="speed, 1/min", ylim=(0, 1.45))
     for axes in (left, right):
-        axes.grid(color="0.9")
-        axes.spines[["top", "right"]].set_visible(False)
+        style(axes)
         axes.legend(frameon=False, fontsize="small")
     save(figure, "field_oriented_motor")
 
@@ -196,19 +214,15 @@ def mapped_motor():
         T=5e-3, J=0.05, wanted=0.0,
     )  # fmt: skip
     for wanted in (300.0, 100.0, 40.0):
-        model = Shaft(motor=motor.with_({"wanted": wanted, "w": 0.0}))
-        system = lp.assemble(model.with_({"turn.w": 900.0 * lp.time / SWEEP}))
-        run = lp.simulate(system, until=SWEEP, grid=600, rtol=1e-8)
-        seen = run.t > 0.01 * SWEEP
-        speed = run["motor.w"][seen] * RPM
+        model = MotorStand(motor=motor.with_({"wanted": wanted}))
+        speed, torque, efficiency = sweep(model, 0.0, 900.0, ("motor.tau", "motor.eta"))
         label = f"wanted {wanted:g} N.m"
-        left.plot(speed, run["motor.tau"][seen], label=label)
-        right.plot(speed, run["motor.eta"][seen], label=label)
+        left.plot(speed, torque, label=label)
+        right.plot(speed, efficiency, label=label)
     left.set(title="torque, N.m", xlabel="speed, 1/min", ylim=(0, 220))
     right.set(title="efficiency", xlabel="speed, 1/min")
     for axes in (left, right):
-        axes.grid(color="0.9")
-        axes.spines[["top", "right"]].set_visible(False)
+        style(axes)
         axes.legend(frameon=False, fontsize="small")
     save(figure, "mapped_motor")
 
@@ -248,8 +262,7 @@ def controllers():
     above.set(title="A step of the wanted speed to 10 rad/s", ylabel="speed, rad/s")
     below.set(xlabel="time, s", ylabel="torque, N.m")
     for axes in (above, below):
-        axes.grid(color="0.9")
-        axes.spines[["top", "right"]].set_visible(False)
+        style(axes)
     above.legend(frameon=False, fontsize="small", loc="lower right")
     save(figure, "controllers")
 

@@ -12,9 +12,9 @@ from lumped.code.words import Kernel
 
 _ELEMENT = {"ints": ("i64", "int"), "numbers": ("double", "float"), "wides": ("", "wide")}
 _LARGE = 40
-"""Instructions above which a function is not inlined."""
+"""Lines above which a function is marked noinline, unless `inline`."""
 _MUCH = 12
-"""Operations for which a loop gets a vector form."""
+"""Operations from which on a loop may get a vector form."""
 
 
 def _is_worth_a_vector_form(body: list[ast.stmt]) -> bool:
@@ -100,7 +100,7 @@ class LlvmFunction(Writer):
     def write_if(self, test: ast.expr, yes: list[ast.stmt], no: list[ast.stmt]) -> None:
         labels = [self._fresh(word) for word in ("yes", "no", "end")]
         self._branch(test, *labels[:2])
-        for label, body in zip(labels, (yes, no), strict=False):
+        for label, body in zip(labels[:2], (yes, no), strict=True):
             self._lines.append(f"{label}:")
             self.block(body)
             self._lines.append(f"  br label %{labels[2]}")
@@ -144,7 +144,7 @@ class LlvmFunction(Writer):
         self._loops.pop()
 
     def _leave(self, instruction: str) -> None:
-        # code after a jump is never reached
+        # a block ends at its jump: what follows needs a label
         self._lines += [f"  {instruction}", f"{self._fresh('after')}:"]
 
     def write_return(self, value: Value | None) -> None:
@@ -258,12 +258,12 @@ class LlvmFunction(Writer):
         word = (INTEGER if a.kind == "int" else NUMBER)[sign]
         return self._put(f"{word} {self._type(a.kind)} {a.text}, {b.text}", a.kind)
 
-    def negative(self, value: Value) -> Value:
+    def minus(self, value: Value) -> Value:
         if value.kind in ("float", "wide"):
             return self._put(f"fneg {self._type(value.kind)} {value.text}", value.kind)
         return self._put(f"sub i64 0, {value.text}", "int")
 
-    def negate(self, value: Value) -> Value:
+    def logical_not(self, value: Value) -> Value:
         true = "true" if value.kind == "bool" else f"<{', '.join(['i1 true'] * self.lanes)}>"
         return self._put(f"xor {self._type(value.kind)} {value.text}, {true}", value.kind)
 
@@ -329,7 +329,7 @@ class LlvmFunction(Writer):
             found.append((self.value(part), self._lines))
         kind = find_common_kind(value for value, _ in found)
         place = self._room(kind)
-        for label, (value, lines) in zip(labels, found, strict=False):
+        for label, (value, lines) in zip(labels[:2], found, strict=True):
             self._lines = lines
             self._store(self.convert(value, kind), place)
             before += [f"{label}:", *self._lines, f"  br label %{labels[2]}"]

@@ -240,10 +240,10 @@ class _CFunction(Writer):
     def arithmetic(self, sign: str, a: Value, b: Value) -> Value:
         return Value(f"({a.text} {sign} {b.text})", a.kind)
 
-    def negative(self, value: Value) -> Value:
+    def minus(self, value: Value) -> Value:
         return Value(f"(-{value.text})", value.kind)
 
-    def negate(self, value: Value) -> Value:
+    def logical_not(self, value: Value) -> Value:
         return Value(f"!{value.text}" if value.text[0] == "(" else f"!({value.text})", "bool")
 
     def compare(self, order: str, a: Value, b: Value) -> Value:

@@ -138,8 +138,10 @@ class Kernel:
     @property
     def tree(self) -> ast.FunctionDef:
         """Its text, parsed."""
+        if self.text:
+            return _parse_function(self.text)
         code = self.function.__code__
-        return _parse_function(self.text or _sources(code.co_filename)[code.co_firstlineno])
+        return _parse_function(_sources(code.co_filename)[code.co_firstlineno])
 
     @property
     def widened(self) -> Kernel:

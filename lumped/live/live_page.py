@@ -26,7 +26,7 @@ from lumped.functionals.functional import watching
 from lumped.language.component import Component
 from lumped.language.expression import Call, ConstantExpression, Expr
 from lumped.many_runs.watched import POSITIONS, Watched
-from lumped.plots.over_time import over_time
+from lumped.plots.over_time import draw_over_time
 from lumped.plots.picture import Curve
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
@@ -215,7 +215,7 @@ def _write_shown(interface: Interface, names: Sequence[str], watched: Watched, g
 def _panels(run: Trajectory, names: Sequence[str]) -> list[list[int]]:
     """Which curves share a panel: those that `plot` draws together."""
     told = {name: (run.system.quantity(name).unit, "", run[name]) for name in names}
-    picture = over_time("", (run.t, "s"), told, (), all_of_them=True)
+    picture = draw_over_time("", (run.t, "s"), told, (), all_of_them=True)
     return [
         [names.index(item.label) for item in panel.items if isinstance(item, Curve)]
         for panel in picture.panels

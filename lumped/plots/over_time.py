@@ -16,19 +16,19 @@ _RANGE = 30.0
 _PANELS, _LOOKED_AT = 6, 200
 """Unless quantities are named: panels, and quantities among which they are chosen."""
 _NEAR = 1 / 150
-"""Share of the time within which events of one kind are one mark."""
+"""Share of the time within which events under one label are one mark."""
 _CONSTANT = 1e-9
 """Of its size: a curve with less range than that is constant."""
 _ZERO = 1e-12
-"""Of the largest of its unit: what is smaller is drawn as zero."""
+"""Of the largest of its unit: what is smaller shares any panel."""
 _SIZES = (7.5, 6.0, 4.7, 3.5, 2.5)
-"""Of marks, points: those of several kinds at one instant are all seen."""
+"""Of marks, points: those of several labels at one instant are all seen."""
 
 Quantity = tuple[str, str, Real]
 Happening = tuple[float, str, str]
 
 
-def over_time(
+def draw_over_time(
     title: str,
     time: tuple[Real, str],
     quantities: Mapping[str, Quantity],
@@ -136,7 +136,7 @@ def _each_unit_first(
 
 
 def _marks(events: Sequence[Happening], length: float) -> tuple[Instants, ...]:
-    """A mark for each kind of event if these are few, else for each sort; near ones are one."""
+    """A mark for each text of an event if these are few, else for each sort; near ones are one."""
     by_text: dict[str, list[Happening]] = {}
     by_sort: dict[str, list[Happening]] = {}
     for event in events:

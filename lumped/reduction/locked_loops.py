@@ -61,10 +61,10 @@ def _loops(reduced: Reduced) -> list[int]:
     """Blocks of constraints that go round in a circle, without states."""
     found = []
     single: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
-    incidence, times = reduced.incidence, reduced.times.tolist()
+    incidence, differentiations = reduced.incidence, reduced.differentiations.tolist()
     for number, block in enumerate(reduced.blocks):
         row, order = block.equations[0]
-        if block.led or order >= times[row]:
+        if block.has_state or order >= differentiations[row]:
             continue
         if len(block.nodes) > 1:
             found.append(number)
@@ -90,7 +90,7 @@ def _still(reduced: Reduced, loops: list[int]) -> set[int]:
     still: set[int] = set()
     for number in sorted(todo):
         block = reduced.blocks[number]
-        if block.led or not still.issuperset(block.needs):
+        if block.has_state or not still.issuperset(block.needs):
             continue
         if all(reduced.incidence.proportional(*equation) for equation in block.equations):
             still.add(number)

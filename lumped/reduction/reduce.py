@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 import scipy
@@ -32,14 +32,14 @@ class Block(NamedTuple):
         Unknowns (numbers of class and derivative) that it determines.
     needs : list of int
         Blocks whose unknowns occur in its equations.
-    led : bool
+    has_state : bool
         A state occurs in its equations.
     """
 
     equations: list[tuple[int, int]]
     nodes: list[int]
     needs: list[int]
-    led: bool
+    has_state: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +50,15 @@ class Reduced:
 
     Attributes
     ----------
+    incidence : Incidence
+        Which classes occur in which equations.
+    aliases : Aliases
+        Classes of equal quantities.
     first : ndarray of int, shape (classes + 1,)
         Number of the node of each class at order 0; orders follow.
     highest : ndarray of int, shape (classes,)
         Order of the highest derivative of each class.
-    times : ndarray of int
+    differentiations : ndarray of int, shape (equations,)
         How often each equation was differentiated.
     states : list of int
         Nodes that are states, in order of declaration.
@@ -72,7 +76,7 @@ class Reduced:
     aliases: Aliases
     first: np.ndarray
     highest: np.ndarray
-    times: np.ndarray
+    differentiations: np.ndarray
     states: list[int]
     dependent: list[int]
     tied: frozenset[int]
@@ -138,7 +142,12 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
     flat : FlatModel
         The model.
     ranks : mapping of int to int, optional
-        Wishes (see `lumped.select.RANK`) for nodes that override those declared.
+        Wishes (see `lumped.reduction.state_selection.RANK`) that override those declared, for
+        nodes as an earlier reduction of the same model numbers them.
+
+    Returns
+    -------
+    Reduced
 
     Raises
     ------
@@ -157,20 +166,22 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
             floor[number] = max(floor[number], order + 1)
     alive = aliases.classes >= 0
     np.maximum.at(floor, aliases.classes[alive], aliases.shifts[alive])
-    times, highest = differentiate(incidence, entries, floor)
+    differentiations, highest = differentiate(incidence, entries, floor)
     first = np.concatenate([[0], np.cumsum(highest + 1)])
-    dependent, tied = _dependent(incidence, times, highest, first, wish, ranks or {})
-    candidates = np.ones(first[-1], dtype=bool)
-    candidates[first[:-1] + highest] = False
-    candidates[dependent] = False
-    states = np.flatnonzero(candidates)
-    blocks, block_of = _blocks(incidence, times, first, candidates)
+    dependent, tied = _select_dependent(
+        incidence, differentiations, highest, first, wish, ranks or {}
+    )
+    is_state = np.ones(first[-1], dtype=bool)
+    is_state[first[:-1] + highest] = False
+    is_state[dependent] = False
+    states = np.flatnonzero(is_state)
+    blocks, block_of = _find_blocks(incidence, differentiations, first, is_state)
     return Reduced(
         incidence,
         aliases,
         first,
         highest,
-        times,
+        differentiations,
         _by_declaration(aliases, first, states),
         dependent,
         tied,
@@ -180,7 +191,7 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
 
 
 def _wishes(flat: FlatModel, aliases: Aliases) -> dict[tuple[int, int], int]:
-    """Strongest wish among the variables of each class and order; candidates only."""
+    """Wish of each class and order: `never` wins, then the highest rank."""
     wish: dict[tuple[int, int], int] = {}
     for u, quantity in enumerate(flat.tree.quantities):
         if quantity.kind != "variable" or aliases.classes[u] < 0:
@@ -193,23 +204,24 @@ def _wishes(flat: FlatModel, aliases: Aliases) -> dict[tuple[int, int], int]:
     return wish
 
 
-def _dependent(
+def _select_dependent(
     incidence: Incidence,
-    times: np.ndarray,
+    differentiations: np.ndarray,
     highest: np.ndarray,
     first: np.ndarray,
     wish: dict[tuple[int, int], int],
     ranks: Mapping[int, int],
 ) -> tuple[list[int], frozenset[int]]:
-    if not times.any():
+    """Nodes that constraints determine, the least wanted first, and all that constraints tie."""
+    if not differentiations.any():
         return [], frozenset()
     point = GenericPoint(incidence.flat, incidence.aliases, highest)
     constraints = [
-        incidence.entries(np.full(incidence.count, order), point, times > order)
-        for order in range(int(times.max()))
+        incidence.entries(np.full(incidence.count, order), point, differentiations > order)
+        for order in range(int(differentiations.max()))
     ]
     column = first[:-1, None] + np.arange(int(highest.max()) + 1)[None, :]
-    rows, labels = constraint_rows(constraints, column)
+    rows, equations = constraint_rows(constraints, column)
     tied = frozenset(node for row in rows for node in row)
     rank = np.full(first[-1], RANK["avoid"])
     for (number, order), value in wish.items():
@@ -218,8 +230,8 @@ def _dependent(
     for node, value in ranks.items():
         rank[node] = value
     dependent, unused = select_dependent(rows, rank)
-    if unused or len(dependent) < int(times.sum()):
-        row, order = labels[unused[0]] if unused else (int(np.argmax(times)), 0)
+    if unused or len(dependent) < int(differentiations.sum()):
+        row, order = equations[unused[0]] if unused else (int(np.argmax(differentiations)), 0)
         raise SingularModelError(
             f"{incidence.flat.name}: these constraints are redundant or contradict each other:\n"
             + list_equations(incidence, find_combination(constraints[order], row))
@@ -241,99 +253,104 @@ def find_nodes(aliases: Aliases, first: np.ndarray) -> np.ndarray:
     return np.where(aliases.classes >= 0, first[aliases.classes] + aliases.shifts, -1)
 
 
-def _blocks(
-    incidence: Incidence, times: np.ndarray, first: np.ndarray, states: np.ndarray
+def _find_blocks(
+    incidence: Incidence, differentiations: np.ndarray, first: np.ndarray, is_state: np.ndarray
 ) -> tuple[list[Block], np.ndarray]:
     """Strongly connected sets of equations in the order of computation."""
-    rows, nodes, labels = _all_entries(incidence, times, first)
-    unknown = np.flatnonzero(~states)
+    rows, nodes, equations = _list_entries(incidence, differentiations, first)
+    unknown = np.flatnonzero(~is_state)
     column = np.full(first[-1], -1)
     column[unknown] = np.arange(len(unknown))
     known = column[nodes] < 0
-    n = len(labels)
+    n = len(equations)
     graph = links(rows[~known], column[nodes[~known]], (n, len(unknown)))
     match = scipy.sparse.csgraph.maximum_bipartite_matching(graph, perm_type="column")
     if n != len(unknown) or (match < 0).any():
-        lost = [labels[r] for r in np.flatnonzero(match < 0)[:8]]
-        raise SingularModelError(
-            f"{incidence.flat.name}: after index reduction nothing is left to solve for in\n  "
-            + "\n  ".join(equation_text(incidence, *incidence.origin(r)) for r, _ in lost)
-            + "\nIn undetermined unknowns: "
-            + "; ".join(
-                ", ".join(class_names(incidence, int(c), 2))
-                for c in np.searchsorted(
-                    first, unknown[np.setdiff1d(np.arange(len(unknown)), match)[:6]], "right"
-                )
-                - 1
-            )
-        )
+        lost = [equations[r] for r in np.flatnonzero(match < 0)[:8]]
+        free = unknown[np.setdiff1d(np.arange(len(unknown)), match)[:6]]
+        _refuse_unmatched(incidence, lost, np.searchsorted(first, free, side="right") - 1)
     row_of = np.empty(len(unknown), dtype=int)
     row_of[match] = np.arange(n)
     users, needed = rows[~known], row_of[column[nodes[~known]]]
-    count, label = scipy.sparse.csgraph.connected_components(
+    count, owner = scipy.sparse.csgraph.connected_components(
         links(users, needed, (n, n)), connection="strong"
     )
-    led = np.zeros(count, dtype=bool)
-    led[label[rows[known]]] = True
-    return _order_blocks(labels, unknown[match], label, led, label[users], label[needed], first[-1])
+    has_state = np.zeros(count, dtype=bool)
+    has_state[owner[rows[known]]] = True
+    return _order_blocks(
+        equations, unknown[match], owner, has_state, owner[users], owner[needed], first[-1]
+    )
 
 
-def _all_entries(
-    incidence: Incidence, times: np.ndarray, first: np.ndarray
+def _refuse_unmatched(
+    incidence: Incidence, lost: list[tuple[int, int]], free: np.ndarray
+) -> NoReturn:
+    """Name equations without an unknown to solve for, and classes without an equation."""
+    raise SingularModelError(
+        f"{incidence.flat.name}: after index reduction nothing is left to solve for in\n  "
+        + "\n  ".join(equation_text(incidence, *incidence.origin(r)) for r, _ in lost)
+        + "\nIn undetermined unknowns: "
+        + "; ".join(", ".join(class_names(incidence, int(c), 2)) for c in free)
+    )
+
+
+def _list_entries(
+    incidence: Incidence, differentiations: np.ndarray, first: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[tuple[int, int]]]:
+    """Entries of all equations and their derivatives: place among these, node; and these."""
     row_parts, node_parts = [], []
-    labels: list[tuple[int, int]] = []
-    for order in range(int(times.max(initial=0)) + 1):
-        picked = times >= order
+    equations: list[tuple[int, int]] = []
+    for order in range(int(differentiations.max(initial=0)) + 1):
+        picked = differentiations >= order
         e = incidence.entries(np.full(incidence.count, order), picked=picked)
         number = np.full(incidence.count, -1)
-        number[picked] = len(labels) + np.arange(int(picked.sum()))
-        labels += [(r, order) for r in np.flatnonzero(picked).tolist()]
+        number[picked] = len(equations) + np.arange(int(picked.sum()))
+        equations += [(r, order) for r in np.flatnonzero(picked).tolist()]
         row_parts.append(number[e.rows])
         node_parts.append(first[e.classes] + e.orders)
-    return np.concatenate(row_parts), np.concatenate(node_parts), labels
+    return np.concatenate(row_parts), np.concatenate(node_parts), equations
 
 
 def _order_blocks(
-    labels: list[tuple[int, int]],
+    equations: list[tuple[int, int]],
     solved: np.ndarray,
-    label: np.ndarray,
-    led: np.ndarray,
+    owner: np.ndarray,
+    has_state: np.ndarray,
     users: np.ndarray,
     needed: np.ndarray,
     node_count: int,
 ) -> tuple[list[Block], np.ndarray]:
-    """Blocks from the equations' labels, the nodes matched to them and their block's label.
+    """Blocks from equations, the nodes matched to them, and the number of the block of each.
 
     Block ``users[k]`` needs block ``needed[k]``; both may occur there several times. States occur
-    in the equations of block k if ``led[k]``.
+    in the equations of block k if ``has_state[k]``.
     """
-    count = len(led)
+    count = len(has_state)
     other = users != needed
     pairs = np.unique(users[other].astype(np.int64) * count + needed[other])
     users, needed = np.divmod(pairs, count)
-    needs = _lists(users, needed, count)
-    users_of = _lists(needed, users, count)
+    needs = _group_by_key(users, needed, count)
+    users_of = _group_by_key(needed, users, count)
     waiting = [len(n) for n in needs]
     order = [c for c in range(count) if not waiting[c]]
-    for component in order:
-        for user in users_of[component]:
+    for block in order:
+        for user in users_of[block]:
             waiting[user] -= 1
             if not waiting[user]:
                 order.append(user)
     place = np.empty(count, dtype=int)
     place[order] = np.arange(count)
-    needs = _lists(place[users], place[needed], count)
+    needs = _group_by_key(place[users], place[needed], count)
     block_of = np.full(node_count, -1)
-    block_of[solved] = place[label]
-    own, nodes = _lists(place[label], np.arange(len(labels)), count), solved.tolist()
+    block_of[solved] = place[owner]
+    own, nodes = _group_by_key(place[owner], np.arange(len(equations)), count), solved.tolist()
     return [
-        Block([labels[r] for r in rows], [nodes[r] for r in rows], sorted(before), state)
-        for rows, before, state in zip(own, needs, led[order].tolist(), strict=True)
+        Block([equations[r] for r in rows], [nodes[r] for r in rows], sorted(before), state)
+        for rows, before, state in zip(own, needs, has_state[order].tolist(), strict=True)
     ], block_of
 
 
-def _lists(keys: np.ndarray, values: np.ndarray, count: int) -> list[list[int]]:
+def _group_by_key(keys: np.ndarray, values: np.ndarray, count: int) -> list[list[int]]:
     """Values of each key 0 .. count-1."""
     sort = np.argsort(keys, kind="stable")
     ends = np.searchsorted(keys[sort], np.arange(count + 1)).tolist()

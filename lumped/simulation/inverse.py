@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
@@ -84,7 +85,7 @@ def inverse(
     """
     tree = system.structure.tree
     names: list[Name] = [drive] if isinstance(drive, str | Expr) else list(drive)
-    drives = [_drive(tree, name) for name in names]
+    drives = [_find_drive(tree, name) for name in names]
     motions = {
         system.key(name): _read_wanted(system, name, value) for name, value in motion.items()
     }
@@ -108,16 +109,28 @@ def inverse(
     for name in drives:
         bad = np.flatnonzero(~np.isfinite(run[name]))
         if len(bad):
+            end = float(run.t[bad[0]])
             raise SolverError(
-                f"{system.name}: {name} = {run[name][bad[0]]} at t = {run.t[bad[0]]:.9g} s: it has "
-                f"no hold on {' and '.join(motions)} there, as at a dead centre. Choose a motion "
-                "that avoids this point.",
-                run,
+                f"{system.name}: {name} = {run[name][bad[0]]} at t = {end:.9g} s: it has no hold "
+                f"on {' and '.join(motions)} there, as at a dead centre. Choose a motion that "
+                "avoids this point.",
+                _cut(run, end),
             )
     return run
 
 
-def _drive(tree: Tree, name: Name) -> str:
+def _cut(run: Trajectory, end: float) -> Trajectory:
+    """A run up to an instant."""
+    pieces = [
+        replace(piece, t=piece.t[k], x=piece.x[k], settings=piece.settings[k])
+        for piece in run.pieces
+        if (k := piece.t <= end).any()
+    ]
+    events = tuple(event for event in run.events if event.time <= end)
+    return replace(run, pieces=tuple(pieces), events=events, _known={})
+
+
+def _find_drive(tree: Tree, name: Name) -> str:
     """Dotted name of an input that is given to its instance."""
     key = key_of(name)
     number = tree.unknown(key)
@@ -142,7 +155,7 @@ def _read_wanted(system: System, name: Name, value: object) -> Expr:
     if isinstance(value, Expr):
         return value
     try:
-        number = float(value)  # type: ignore[arg-type]
+        number = np.nan if isinstance(value, str) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         number = np.nan
     if not np.isfinite(number):

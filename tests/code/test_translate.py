@@ -180,4 +180,4 @@ def test_what_the_language_does_not_have_is_an_error(line):
     source = f"def f(n: Integers, x: Numbers) -> float:\n    {line}\n"
     for language in (as_llvm, as_c):
         with pytest.raises(TranslationError, match=r"^f: "):
-            language({"f": Kernel("f", source, {}, print)})
+            language({"f": Kernel("f", {}, print, source)})

@@ -10,19 +10,21 @@ from rows import assemble_rows
 import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, Planetary, RackAndPinion, Speed, Torque
 from lumped.errors import SingularModelError
+from lumped.language.declared import values_of
 
 
-def kinematics(graph, k):
+def find_constraint_row(graph, k):
     """Constraint of a gear, rack or planetary set, by coordinate."""
     part, ends, row = graph.parts[k], graph.ends[k], np.zeros(graph.n + 1)
     node = {port: ends.get(port, graph.n) for port in (*ends, "support")}  # the last is fixed
+    given = values_of(part)
     if isinstance(part, RackAndPinion):
-        factors = {"flange_b": 1.0, "flange_a": -part._values["radius"]}
+        factors = {"flange_b": 1.0, "flange_a": -given["radius"]}
     elif isinstance(part, IdealGear):
-        ratio = part._values["ratio"]
+        ratio = given["ratio"]
         factors = {"flange_a": 1.0, "flange_b": -ratio, "support": ratio - 1}
     else:
-        ratio = part._values["ratio"]
+        ratio = given["ratio"]
         factors = {"carrier": 1 + ratio, "sun": -1.0, "ring": -ratio}
     for port, factor in factors.items():
         row[node[port]] += factor
@@ -37,7 +39,7 @@ def test_random_drives_that_lock_are_refused_with_the_loop_that_locks(first):
             lp.assemble(graph.model())
         named = [int(k) for k in re.findall(r" in part\[(\d+)\] ", str(caught.value))]
         couplings = [np.eye(graph.n)[i] - np.eye(graph.n)[j] for i, j in graph.couplings]
-        loop = np.array([kinematics(graph, k) for k in named])
+        loop = np.array([find_constraint_row(graph, k) for k in named])
         assert len(named) == len(set(named)) > 0
         assert locked(np.array([*loop, *couplings]))[np.any(loop, axis=0)].all()
 

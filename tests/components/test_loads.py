@@ -11,7 +11,6 @@ from lumped.components import (
     Inertia,
     InverseTorque,
     LinearTorque,
-    Planetary,
     QuadraticTorque,
     SignTorque,
     Speed,
@@ -141,22 +140,3 @@ def test_a_vehicle_slows_as_its_drag_and_its_rolling_resistance_say():
     angle = np.arctan(3.0 * np.sqrt(k / f)) - np.arctan(1e-3 * np.sqrt(k / f))
     slowed = [event.time for event in run.events if event.component == "car"]
     assert slowed == pytest.approx([mass / np.sqrt(k * f) * angle], rel=1e-8)
-
-
-def test_planetary_torques_follow_the_ratio():
-    k = 2.5
-    system = assemble_rows(
-        *("drive sun", "sun.flange_b gear.sun"),
-        *("gear.carrier carrier.flange_a", "gear.ring ring.flange_a"),
-        gear=Planetary(ratio=k),
-        **{name: Inertia(J=J) for name, J in (("sun", 0.1), ("carrier", 0.7), ("ring", 0.4))},
-        drive=Torque(tau=3.0),
-    )
-    point = lp.start_point(system)
-    # Lagrange: minimise kinetic energy's rate over accelerations of sun and ring
-    lever = np.array([1.0, k]) / (1 + k)
-    mass = np.diag([0.1, 0.4]) + 0.7 * np.outer(lever, lever)
-    sun, ring = np.linalg.solve(mass, [3.0, 0.0])
-    assert point["sun.a"] == pytest.approx(sun, rel=1e-12)
-    assert point["ring.a"] == pytest.approx(ring, rel=1e-12)
-    assert point["gear.ring.tau"] == pytest.approx(k * point["gear.sun.tau"], rel=1e-12)

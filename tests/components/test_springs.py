@@ -6,7 +6,7 @@ import scipy
 from rows import in_a_row
 
 import lumped as lp
-from lumped.components import Fixed, Inertia, NonlinearSpring, translation
+from lumped.components import Fixed, Inertia, NonlinearSpring
 from lumped.errors import EquationError
 
 SOFT, HARD, KNEE = 200.0, 1500.0, 0.01
@@ -86,28 +86,3 @@ def test_a_spring_says_what_it_stores(law):
 def test_rows_without_sense_are_refused_by_the_part_that_has_them(rows, text):
     with pytest.raises(EquationError, match=f"(?s)spring.*{text}"):
         lp.assemble(oscillator(rows, 0.0))
-
-
-def test_a_contact_with_full_damping_jumps_and_lets_go_where_it_would_pull():
-    m, c, d, v = 2.0, 800.0, 12.0, -0.5
-    model = in_a_row(
-        wall=translation.Fixed(),
-        gap=translation.ElastoGap(c=c, d=d, limited=False),
-        body=translation.Mass(m=m, s=0.1, v=v),
-    )
-    begin = 0.1 / -v
-    decay, turn = d / (2 * m), np.sqrt(c / m - (d / (2 * m)) ** 2)
-
-    def speed(t):
-        return v * np.exp(-decay * t) * (np.cos(turn * t) - decay / turn * np.sin(turn * t))
-
-    def force(t):  # of spring and damper on the body, in the way in which it leaves
-        return -(c * v / turn * np.exp(-decay * t) * np.sin(turn * t) + d * speed(t))
-
-    end = scipy.optimize.brentq(force, 0.5 * np.pi / turn, np.pi / turn)
-    t = begin + np.array([1e-9, 0.4 * end, 0.9 * end, end + 0.1])
-    run = lp.simulate(lp.assemble(model), until=begin + end + 0.2, grid=t, rtol=1e-11)
-    inside = t[:3] - begin
-    assert -run["gap.f"][:3] == pytest.approx(force(inside), rel=1e-6)
-    assert run["gap.f"][3] == 0.0
-    assert run["body.v"][3] == pytest.approx(speed(end), rel=1e-6)

@@ -16,8 +16,6 @@ from lumped.components.translation import Fixed, Mass
 from lumped.drawing.film import moving_lines
 from lumped.models.eccentric_shear.scenes import SPEED, FreeShear, free_run, seat_support
 from lumped.models.eccentric_shear.stand import ECCENTRICITY, ROD_UPPER, GuidedShear
-from lumped.models.pilger_mill.drive import running
-from lumped.models.pilger_mill.stand import OFFSET, RADIUS, ROD, ROD_1
 from lumped.models.rotary_arm.control import run_controlled
 
 R, L, E, AXIS = 0.3, 1.1, 0.1, 0.4
@@ -92,15 +90,6 @@ def test_arm_points_where_its_angle_says():
     angle = 0.5 * times + 0.2
     expected = -0.7 * np.column_stack([np.cos(angle), np.sin(angle)])
     assert np.allclose(lines["arm.body"][:, 0], expected, atol=1e-12)
-
-
-def test_rods_of_the_pilger_mill_keep_their_lengths_and_guides():
-    _, lines = drawn(running(until=1.0, grid=4001))
-    for name, length in (("stand", ROD), ("weight", ROD_1)):
-        assert np.allclose(lengths(lines[f"mill.{name}.rod"]), length, rtol=1e-4)
-        assert np.allclose(lengths(lines[f"mill.{name}.crank"]), RADIUS, rtol=1e-12)
-    assert np.allclose(lines["mill.stand.slider"][:, 0, 1], OFFSET, rtol=1e-12)
-    assert np.allclose(lines["mill.weight.slider"][:, 0, 0], 0.0, atol=1e-12)
 
 
 def test_supports_of_the_shear_hang_on_the_shaft_in_their_guides():

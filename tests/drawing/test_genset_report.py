@@ -6,6 +6,7 @@ import genset
 import numpy as np
 import pytest
 from browser import opened
+from drive_chains import chain_hertz
 from html_page import Page
 from test_torsional_report import FREQUENCIES, RPM, after
 
@@ -73,11 +74,7 @@ def test_the_genset_has_the_modes_of_its_constant_inertias(hall):
     stiffnesses.append(np.pi * 8e10 * 0.085**4 / (32 * 0.3))
     half = np.pi * 7850 * 0.085**4 * 0.3 / 64
     inertias += [half, 6.0 + half]
-    K = np.zeros((8, 8))
-    for i, c in enumerate(stiffnesses):
-        K[i : i + 2, i : i + 2] += c * np.array([[1, -1], [-1, 1]])
-    scale = 1 / np.sqrt(inertias)
-    hertz = np.sqrt(np.linalg.eigvalsh(scale[:, None] * K * scale)[1:]) / (2 * np.pi)
+    hertz = chain_hertz(inertias, stiffnesses)
     rows = np.array(after(cells, *FREQUENCIES)[:35], dtype=float).reshape(7, 5)
     assert rows[:, 4] == pytest.approx(hertz, rel=1e-5)
     # dampers take some of the frequency, as the ring that the oil drags along does

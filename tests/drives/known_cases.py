@@ -4,6 +4,7 @@ The tolerance of an instant is the error of the state, `RTOL` of its value, over
 margin; where the margin depends on the time alone, `ROUNDING`.
 """
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -345,13 +346,18 @@ class Family:
     draw: Callable
     component: str
     output: str
-    unit: Path | None = None
-    folder: object = None
 
     @cached_property
     def system(self):
         keep = [self.output] if self.component != "body" else ["body.w"]
         return lp.assemble(self.model(), keep=keep)
+
+    @cached_property
+    def fmu(self):
+        self.folder = tempfile.TemporaryDirectory()  # gone with the family
+        file = Path(self.folder.name) / "known.fmu"
+        lp.export_fmu(self.system, file, outputs=[self.output], rtol=RTOL)
+        return str(file)
 
     def case(self, rng):
         """A case without events close to the begin and the end of the run."""

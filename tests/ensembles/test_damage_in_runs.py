@@ -67,34 +67,6 @@ def test_sines_that_no_state_feels_and_steps(method):
     assert (found["still"] == 0).all()
 
 
-def decaying(c, d, J, phi, until):
-    """Damage of the angle of a body on a spring and a damper that is let go."""
-    decay = d / (2 * J)
-    rate = np.sqrt(c / J - decay**2)
-    turns = int(rate * until / np.pi)
-    points = phi * (-np.exp(-decay * np.pi / rate)) ** np.arange(turns + 1)
-    wave = np.cos(rate * until) + decay / rate * np.sin(rate * until)
-    points = np.append(points, phi * np.exp(-decay * until) * wave)
-    return share(np.diff(points)).sum()
-
-
-@pytest.mark.parametrize("method", ["explicit", "implicit", "taylor"])
-def test_a_free_vibration_that_decays_leaves_half_cycles(method):
-    model = in_a_row(wall=Fixed(), shaft=SpringDamper(c=100.0, d=0.5), body=Inertia(J=1.0))
-    c, d = np.array([80.0, 150.0, 900.0]), np.array([0.1, 0.9, 3.0])
-    found = lp.ensemble(
-        lp.assemble(model),
-        over=lp.ensembles.paired({"shaft.c": c, "shaft.d": d}),
-        start={"body.phi": 2.0, "body.w": 0.0},
-        until=3.0,
-        of=[fun.damage("body.phi", STEEP)],
-        rtol=1e-9,
-        method=method,
-    )
-    expected = [decaying(*pair, 1.0, 2.0, 3.0) for pair in zip(c, d, strict=True)]
-    assert found.values[:, 0] == pytest.approx(expected, rel=1e-7, abs=0)
-
-
 # -- what was recorded -----------------------------------------------------------------------------
 
 

@@ -80,14 +80,6 @@ def test_only_some_reasons_are_looked_for_and_others_refer_to_them(fussy):
     assert "run 0 and 19 more: " in repr(found)
 
 
-def test_too_many_steps_fail_alone(system):
-    found = ran(system, over={"shaft.c": [1.0, 1e7, 10.0, 1e5]}, max_steps=60, rtol=1e-6)
-    assert set(found.failures) == {1, 3}
-    assert all("more than max_steps = 60 steps" in text for text in found.failures.values())
-    good = found["x"][[0, 2]]
-    assert good == pytest.approx(closed_form(np.array([1.0, 10.0])), rel=1e-5)
-
-
 def test_where_all_runs_fail_there_is_one_error_that_says_why_once(fussy):
     with pytest.raises(SolverError) as caught:
         lp.ensemble(fussy, over={"k": [3.0, 2.0, 4.0]}, until=1.0, of=[fun.final("x")])

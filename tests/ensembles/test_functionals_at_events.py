@@ -9,7 +9,7 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Backlash, Brake, Inertia, Torque
 from lumped.components import translation as sliding
-from lumped.ops import sin, where
+from lumped.ops import where
 
 paired = lp.ensembles.paired
 G = 9.81
@@ -311,32 +311,3 @@ def test_a_body_between_two_flanks():
     over = {"play.restitution": e}
     found = compare(of, 1e-8, lp.assemble(model), over=over, until=until, rtol=1e-10)
     check("peak", found["peak"], 0.1, 1e-12)
-
-
-# -- teeth -----------------------------------------------------------------------------------------
-
-
-class Toothed(lp.Component):
-    """A wheel that slows down, and a switch at the top of each of its teeth."""
-
-    teeth: lp.Param = lp.param("1", "number of teeth over a turn of one radian", 100.0)
-    level: lp.Param = lp.param("1", "height at which it switches", 0.999)
-    x: lp.Var = lp.var("rad", "angle", 0.0, state="always")
-    y: lp.Var = lp.var("1", "whether it is at a top")
-
-    def equations(self):
-        yield lp.der(self.x) == 1.0 - 0.3 * self.x
-        yield self.y == where(sin(self.teeth * self.x) > self.level, 1.0, 0.0)
-
-
-def test_a_switch_at_the_top_of_each_tooth_misses_none():
-    """Steps turn the sine by many radians, and it passes its level by a thousandth only."""
-    teeth, level, until = np.linspace(20.0, 250.0, 100), 0.999, 2.0
-    end = teeth * (1 - np.exp(-0.3 * until)) / 0.3
-    rise = np.arcsin(level)
-    falls = np.pi - rise
-    expected = sum(np.floor((end - angle) / (2 * np.pi)) + 1 for angle in (rise, falls))
-    of = {"switched": fun.count("Toothed")}
-    found = lp.ensemble(lp.assemble(Toothed()), over={"teeth": teeth}, until=until, of=of)
-    missed = expected - found["switched"]
-    assert not missed.any()

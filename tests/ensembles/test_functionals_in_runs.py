@@ -159,25 +159,6 @@ def test_what_else_is_taken_changes_no_more_than_the_tolerance(oscillator):
         check(name, swung(oscillator, {name: one}, rtol=1e-6)[name], together[name], 2e-6)
 
 
-@pytest.mark.parametrize(("rtol", "limit"), [(1e-3, 5e-3), (1e-4, 5e-4), (1e-6, 5e-6)])
-def test_peaks_between_long_steps(oscillator, rtol, limit):
-    """A step is about a third of a period, so hardly any ends near a crest."""
-    high, low = sine_extremes(0.0, END)
-    size = np.maximum(high, -low)
-    of = {
-        "peak": (fun.peak("shaft.phi_rel"), SIZE * size),
-        "highest": (fun.highest("shaft.phi_rel"), SIZE * high),
-        "lowest": (fun.lowest("shaft.phi_rel"), SIZE * low),
-        "part": (
-            fun.highest("shaft.phi_rel", between=(0.4, 1.7)),
-            SIZE * sine_extremes(0.4, 1.7)[0],
-        ),
-        "torque": (fun.peak("shaft.tau"), C * SIZE * size),
-        "rms": (fun.rms("body.w"), SPEED * np.sqrt(1 - square_integral(0, END) / END)),
-    }
-    compare_swung(oscillator, of, limit, rtol)
-
-
 def test_peaks_at_the_begin_and_the_end_and_equal_ones(oscillator):
     """The speed is greatest at the begin, and again after each period."""
     period = 2 * np.pi / RATE[0]

@@ -122,20 +122,6 @@ def test_an_interrupt_keeps_what_is_done_and_the_file_goes_on(system, tmp_path):
         lp.sweep(system, over={"shaft.c": C}, until=0.8, of=of, store=store)
 
 
-def test_a_cluster_gives_the_same(system):
-    distributed = pytest.importorskip("distributed")
-    over = {"shaft.c": C}
-    here = lp.sweep(system, over=over, until=0.7, of={"x": last}, workers=1)
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0"
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        there = lp.sweep(system, over=over, until=0.7, of={"x": last}, client=client)
-    assert (there["x"] == here["x"]).all()
-
-
 def test_bad_input_is_refused(system):
     with pytest.raises(OptionError, match="nothing to vary"):
         lp.sweep(system, over={}, until=1.0, of={"x": last})
@@ -147,13 +133,6 @@ def test_bad_input_is_refused(system):
         lp.sweep(system, over=[{"shaft.c": 1.0}, {"body.J": 1.0}], until=1.0, of={"x": last})
     with pytest.raises(OptionError, match=r"there is no 'y'.*shaft\.c, x"):
         lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1)["y"]
-
-
-def test_parameters_hold_in_all_runs_unless_they_vary(system):
-    given = {"parameters": {"body.J": 4.0, "shaft.c": 1.0}}
-    found = lp.sweep(system, over={"shaft.c": C}, until=0.7, of={"x": last}, rtol=1e-10, **given)
-    assert found.failures == {}
-    assert found["x"] == pytest.approx(closed_form(C, 4.0), rel=1e-7)
 
 
 @pytest.mark.parametrize(

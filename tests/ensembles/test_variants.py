@@ -156,19 +156,6 @@ def test_halton_points_hit_each_stratum_once(system):
     assert strata(received[:81, 1], 81).tolist() == 81 * [1]
 
 
-@pytest.mark.parametrize("rho", [-0.95, -0.3, 0.0, 0.7])
-def test_drawn_normal_parameters_have_the_correlation(system, rho):
-    """The correlation of a sample has the standard deviation (1 - rho^2) / sqrt(n)."""
-    over = lp.distributions.correlated(
-        {C: lp.normal(100.0, 3.0), J: lp.normal(2.0, 0.1)}, [[1, rho], [rho, 1]]
-    )
-    n = 40_000
-    received = variants_of(system, over, runs=n, seed=1).values
-    assert abs(np.corrcoef(received.T)[0, 1] - rho) < 5 * (1 - rho**2) / math.sqrt(n)
-    assert abs(received[:, 1].mean() - 2.0) < 5 * 0.1 / math.sqrt(n)
-    assert abs(received[:, 1].std() / 0.1 - 1) < 5 / math.sqrt(2 * n)
-
-
 def test_correlation_is_that_of_the_normal_variables_behind_other_distributions(system):
     """For uniform variables, whose correlation is that of ranks: 6/pi asin(rho/2) (Kruskal)."""
     rho, n = 0.8, 40_000

@@ -113,24 +113,6 @@ def driven(tmp_path_factory):
     return path, system
 
 
-def test_an_input_that_is_set_acts_from_its_communication_point_on(driven):
-    """The unit is ahead of its importer by then; the model itself has a step of the torque."""
-    path, system = driven
-    unit = Unit(path, stop=2.0, rtol=1e-10)
-    times = reachable(np.linspace(0.0, 2.0, 41))
-    rows = []
-    for begin, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
-        if begin == times[7]:
-            unit.set({"drive.tau": -3.0})
-        unit.step(begin, end)
-        rows.append(unit.get(system.state_names))
-    unit.close()
-    model = chain_of(2, where(lp.time >= float(times[7]), -3.0, 1.0))
-    run = lp.simulate(lp.assemble(model), until=2.0, grid=times, rtol=1e-10)
-    expected = run.table(system.state_names)[1:]
-    assert np.abs(np.array(rows) - expected).max() <= 1e-8 * np.abs(expected).max()
-
-
 def test_a_unit_that_is_set_back_goes_the_same_way_again(driven):
     path, system = driven
     unit = Unit(path, stop=1.0)
@@ -160,17 +142,3 @@ def test_a_unit_that_is_set_back_goes_the_same_way_again(driven):
     np.testing.assert_array_equal(steps(first), before)
     np.testing.assert_array_equal(steps(second), once)
     unit.close()
-
-
-def test_a_run_goes_on_beyond_its_stop_time(driven):
-    """Or without one."""
-    path, system = driven
-    run = lp.simulate(system, until=2.0, grid=[2.0], rtol=1e-11)
-    expected = run.table(system.state_names)[-1]
-    for stop in (None, 0.7):
-        unit = Unit(path, stop=stop, rtol=1e-10)
-        for begin, end in ((0.0, 0.5), (0.5, 1.0), (1.0, 2.0)):
-            unit.step(begin, end)
-        received = unit.get(system.state_names)
-        unit.close()
-        assert np.abs(received - expected).max() <= 1e-8 * np.abs(expected).max()

@@ -333,7 +333,9 @@ def test_instances_do_not_know_each_other_and_states_go_over(exported):
 def test_a_parameter_that_is_tuned_between_steps_acts_from_then_on(exported):
     """Twice the torque from rest, and back: differences of the closed form."""
     unit = Instance(exported, COSIMULATION).to("S")
-    assert unit.step(0.0, 0.5) == unit.set(drive__tau=0.2) == unit.step(0.5, 0.5) == OK
+    for k in range(20):  # the unit is ahead of its importer by then
+        assert k != 10 or unit.set(drive__tau=0.2) == OK
+        assert unit.step(0.05 * k, 0.05) == OK
     expected = oscillation(1.0, 1.0) + oscillation(0.5, 0.2 - 1.0)
     assert unit.get("body.w")[1][0] == pytest.approx(expected, rel=1e-5)
     unit.free()

@@ -4,7 +4,6 @@ import pickle
 
 import numpy as np
 import pytest
-import scipy
 from imported_drives import PI, T_S, drive, unit_of
 
 import lumped as lp
@@ -132,38 +131,6 @@ def test_a_drive_as_a_unit_is_the_drive(tmp_path):
             error = np.abs(given - run[name][:-1]).max() / np.abs(run[name]).max()
             print(f"{kind} {name}: {error:.1e} of its largest value")
             assert error < 1e-9
-
-
-class VanDerPol(lp.Component):
-    """``x'' = mu (1 - x^2) x' - x``."""
-
-    x: lp.Var = lp.var("1", "place", 2.0)
-    v: lp.Var = lp.var("1/s", "its rate")
-    mu: lp.Param = lp.param("1/s", "damping", 1.0)
-
-    def equations(self):
-        yield lp.der(self.x) == self.v
-        yield lp.der(self.v) == self.mu * (1 - self.x**2) * self.v - self.x
-
-
-def test_an_oscillator_as_a_unit_against_scipy(tmp_path):
-    lp.export_fmu(lp.assemble(VanDerPol()), tmp_path / "oscillator.fmu", rtol=1e-10)
-    times = np.arange(1, 40) * 0.5
-    exact = scipy.integrate.solve_ivp(
-        lambda t, y: [y[1], 1.5 * (1 - y[0] ** 2) * y[1] - y[0]],
-        (0, 20),
-        [2.0, 0.0],
-        method="DOP853",
-        t_eval=times,
-        rtol=1e-12,
-        atol=1e-12,
-    ).y[0]
-    for kind in ("co_simulation", "model_exchange"):
-        unit = from_fmu(tmp_path / "oscillator.fmu", kind=kind, T_s=0.5, mu=1.5, outputs=["x"])
-        run = lp.simulate(lp.assemble(lp.compose(unit=unit)), until=20.0, grid=times + 0.25)
-        error = np.abs(run["unit.x"] - exact).max()
-        print(f"{kind}: {error:.1e}")
-        assert error < 1e-7
 
 
 class Ball(lp.Component):

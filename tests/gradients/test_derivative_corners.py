@@ -77,16 +77,6 @@ def test_two_balls_that_hit_at_once_do_not_know_of_each_other():
     assert found.derivatives[2] == pytest.approx([0, 0, fall / 2, 0, -fall / 20], abs=1e-12)
 
 
-def test_three_brakes_that_stop_at_once_do_not_know_of_each_other():
-    parts = {n: Brake(J=J, M=2 * J, w0=10.0) for n, J in (("a", 2.0), ("b", 3.0), ("c", 5.0))}
-    system = lp.assemble(lp.compose(**parts))
-    of = [fun.final("b.phi"), fun.instant("c"), fun.integral("a.w")]
-    found = both(system, of, ["a.J", "b.M", "c.w0"], 7.0)
-    # they stop after w J / M = 5 s and J w^2 / (2 M) = 25 rad
-    expected = [[0.0, -25.0 / 6.0, 0.0], [0.0, 0.0, 0.5], [12.5, 0.0, 0.0]]
-    assert found.derivatives == pytest.approx(np.array(expected), abs=1e-9)
-
-
 def test_a_stop_at_the_instant_at_which_another_part_is_switched():
     t = lp.param("s", "when it is switched", 5.0)
     pushed = one_pushed(t)

@@ -41,14 +41,6 @@ def test_gradients_of_many_runs_are_those_of_each(system):
     refused(UnknownNameError, lambda: found[str(PEAK), "shaft.d"], "shaft.d")
 
 
-def test_a_linear_drive_has_one_gradient_by_its_torque(system):
-    """The final speed is proportional to the torque: its derivative is the same in all runs."""
-    over = {"load.tau": [1.0, 2.0, 5.0]}
-    found = lp.gradients.gradient_ensemble(system, over=over, of=[LAST], until=2.0, rtol=1e-8)
-    slopes = found.values[:, 0] / found.points[:, 0]
-    assert np.abs(found.derivatives[:, 0, 0] / slopes - 1).max() < 1e-8
-
-
 def test_runs_without_a_derivative_are_set_apart(system):
     growing = lp.assemble(_growing())
     of = [functionals.final("g.x")]

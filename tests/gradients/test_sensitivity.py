@@ -17,7 +17,6 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import OptionError, SolverError, UnknownNameError
-from lumped.ops import where
 
 
 @pytest.fixture
@@ -36,21 +35,6 @@ def oscillator():
             y=lp.var("1", "sum"),
         )
     )
-
-
-@pytest.mark.parametrize("rtol", [1e-5, 1e-9])
-def test_an_oscillation_depends_on_its_frequency_and_its_start(oscillator, rtol):
-    found = lp.sensitivity(oscillator, of=["x", "v"], by=["k", "x", "v"], until=5.0, rtol=rtol)
-    t, w, a = found.run.t, 2.0, 1.5
-    expected = {
-        ("x", "k"): -a * t * np.sin(w * t) / (2 * w),
-        ("v", "k"): -a * (np.sin(w * t) / (2 * w) + t * np.cos(w * t) / 2),
-        ("x", "x"): np.cos(w * t),
-        ("x", "v"): np.sin(w * t) / w,
-    }
-    for pair, slopes in expected.items():
-        assert worst(found[pair], slopes) < 100 * rtol
-    assert found.derivatives.shape == (len(t), 2, 3)
 
 
 @pytest.mark.parametrize(("d", "method"), [(3.0, "explicit"), (3e4, "implicit")])
@@ -82,34 +66,6 @@ def test_a_damped_drive_agrees_with_a_matrix_exponential(d, method):
         # the two terms of the damper nearly cancel
         size = np.abs(terms).sum(axis=0).max()
         assert np.abs(found["shaft.tau", name] - sum(terms)).max() / size < 1e-7
-
-
-def test_a_border_that_is_crossed_moves_the_instant_and_what_comes_after_it():
-    def equations(self):
-        yield lp.der(self.x) == self.v
-        yield lp.der(self.v) == -4 * self.x
-        yield lp.der(self.y) == where(self.x >= self.border, 1.0, -1.0)
-
-    system = lp.assemble(
-        one(
-            equations,
-            x=lp.var("m", "position", start=1.0),
-            v=lp.var("m/s", "velocity"),
-            y=lp.var("1", "what switches"),
-            border=lp.param("m", "border", 0.3),
-        )
-    )
-    found = lp.sensitivity(system, of=["x", "y"], by=["border", "x"], until=1.0, rtol=1e-10)
-    # x_0 cos(2 t) = border
-    by_border = -0.5 / np.sqrt(1 - 0.3**2)
-    by_start = 0.5 * 0.3 / np.sqrt(1 - 0.3**2)
-    ((t, slopes, _),) = found.instants
-    assert t == pytest.approx(0.5 * np.arccos(0.3), rel=1e-9)
-    assert slopes == pytest.approx([by_border, by_start], rel=1e-8)
-    after = np.arange(len(found.run.t)) > np.flatnonzero(found.run.t == t)[0]
-    assert worst(found["y", "border"], np.where(after, 2 * by_border, 0.0)) < 1e-8
-    assert worst(found["y", "x"], np.where(after, 2 * by_start, 0.0)) < 1e-8
-    assert worst(found["x", "x"], np.cos(2 * found.run.t)) < 1e-8
 
 
 def test_a_body_that_friction_stops_comes_to_rest_whatever_its_start():

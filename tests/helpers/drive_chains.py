@@ -45,6 +45,13 @@ def uniform_hertz(n, J=0.3, c=2e4):
     return 2 * np.sqrt(c / J) * np.sin(k * np.pi / (2 * n)) / (2 * np.pi)
 
 
+def chain_hertz(J, c):
+    """Natural frequencies of discs on springs between them, Hz, by their matrices."""
+    twists, scale = np.diff(np.eye(len(J)), axis=0), 1 / np.sqrt(J)
+    K = scale[:, None] * (twists.T @ np.diag(c) @ twists) * scale
+    return np.sqrt(np.linalg.eigvalsh(K)[1:]) / (2 * np.pi)
+
+
 def star(count):
     """A hub with equal arms, each a spring with a disc at its tip."""
     return lp.compose(

@@ -32,18 +32,29 @@ class FourBar(lp.Component):
 
 
 class Crank(lp.Component):
-    """Crank and rod without mass: s = r cos(phi + shift) + sqrt(length^2 - r^2 sin^2)."""
+    """Crank and rod without mass: s = r cos(phi) + sqrt(length^2 - r^2 sin^2)."""
 
     flange_a = lp.Flange()
     flange_b = lp.LinearFlange()
     r: lp.Param = lp.param("m", "radius of the crank", 0.1, above=0)
     length: lp.Param = lp.param("m", "length of the rod", 0.3, above=0)
-    shift: float = 0.0
 
     def equations(self):
-        phi, r = self.flange_a.phi + self.shift, self.r
+        phi, r = self.flange_a.phi, self.r
         s = r * cos(phi) + sqrt(self.length**2 - (r * sin(phi)) ** 2)
         yield lp.lossless(self.flange_b.s == s, self.flange_a, self.flange_b)
+
+
+class Yoke(lp.Component):
+    """Pin of a crank in a straight slot: s = r sin(phi)."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.LinearFlange()
+    r: lp.Param = lp.param("m", "radius of the crank", 0.1, above=0)
+
+    def equations(self):
+        law = self.flange_b.s == self.r * sin(self.flange_a.phi)
+        yield lp.lossless(law, self.flange_a, self.flange_b)
 
 
 class Rod(lp.Component):

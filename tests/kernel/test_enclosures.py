@@ -215,31 +215,6 @@ def test_a_peak_that_does_not_reach_a_border():
         assert not run.events, border
 
 
-class Chebyshev(lp.Component):
-    """``x = cos(t)`` passes zeros of ``T_7(x) - 0.3 == cos(7 t) - 0.3``, many in one step."""
-
-    x: lp.Var = lp.var("m", "position", start=1.0)
-    y: lp.Var = lp.var("m/s", "velocity", start=0.0)
-    n: lp.Var = lp.var("s", "time above", start=0.0)
-
-    def equations(self):
-        x = self.x
-        high = x * (x**2 * (x**2 * (64 * x**2 - 112) + 56) - 7)
-        yield lp.der(x) == self.y
-        yield lp.der(self.y) == -x
-        yield lp.der(self.n) == lp.ops.where(high > 0.3, 1.0, 0.0)
-
-
-def test_many_roots_in_a_step():
-    run = lp.simulate(lp.assemble(Chebyshev()), until=6.0, rtol=1e-11, method="taylor")
-    a, turns = np.arccos(0.3), 2 * np.pi * np.arange(8)
-    expected = np.sort(np.concatenate([turns + a, turns + 2 * np.pi - a])) / 7
-    expected = expected[expected < 6.0]
-    error = np.abs(np.array([event.time for event in run.events]) - expected).max()
-    assert len(expected) == 13
-    assert error < 1e-10
-
-
 def test_margins_without_series_are_enclosed():
     """A border that is a spline over the position of something else."""
     knots, heights = np.linspace(0, 2 * np.pi, 7), [0.2, 0.6, -0.3, 0.4, 0.7, -0.5, 0.2]

@@ -66,15 +66,3 @@ def test_the_reserve_and_what_blocks_it_are_those_of_another_solver(seed):
     assert shares.stress[:, 0].T @ y == pytest.approx(more, abs=1e-9)
     if shares.r == np.linalg.matrix_rank(shares.stress[:, 0]):
         assert (A @ np.append(y, reserve) <= b + 1e-9).all()
-
-
-def test_two_brakes_carry_the_sum_of_their_limits():
-    # 3 and 1 carry 2 and 2; shared in the ratio of their limits that is 3 and 1, nothing left
-    programme = Reserve({"holds": 2})
-    programme.size, programme.stresses = 2, 1
-    programme.upper[:], programme.lower[:] = [3.0, 1.0], [-3.0, -1.0]
-    programme.carried[:] = [2.0, 2.0]
-    programme.stress[[0, 1]] = [1.0, -1.0]
-    assert largest_reserve(programme, 2) == pytest.approx(0.0, abs=1e-12)
-    assert programme.carried == pytest.approx([3.0, 1.0])
-    assert programme.blocks.tolist() == [1, 1]

@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 from linkages import double_rocker, four_bar
 from machine_scenes import SCENES, by_engines
-from rows import assemble_row, assemble_rows
+from rows import assemble_row
 
 import lumped as lp
 from benchmarks.hybrid import Coupled, rubbing
 from lumped.components import (
-    Damper,
     Fixed,
     Inertia,
-    SampledPI,
-    SpeedSensor,
     Spring,
     SpringDamper,
     Torque,
@@ -110,13 +107,6 @@ def test_coupled_clutches(grid):
     assert_same(*runs)
 
 
-def test_ten_bodies_that_rub():
-    system = lp.assemble(rubbing(10))
-    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=10.0, rtol=1e-9))
-    assert len(a.events) > 50
-    assert_same(a, b)
-
-
 class Counter(lp.Component):
     """Ramps that one state starts and another resets: jumps that make conditions true."""
 
@@ -135,24 +125,6 @@ def test_jumps_of_states():
     assert_same(a, b)
     expected = 4 + np.floor(5 * (3.0 - 4 / 3))
     assert b["count"][-1] == expected
-
-
-def test_sampled_control():
-    system = assemble_rows(
-        "control.y motor.tau",
-        "motor body.flange_a speed",
-        "speed.w control.measured",
-        "body friction wall",
-        control=SampledPI(k=2.0, T_i=0.4, T_s=0.05, wanted=1.0),
-        motor=Torque(),
-        body=Inertia(J=0.5),
-        speed=SpeedSensor(),
-        friction=Damper(d=0.3),
-        wall=Fixed(),
-    )
-    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=2.0, rtol=1e-8))
-    assert len(a.events) >= 40
-    assert_same(a, b)
 
 
 @pytest.mark.parametrize("turning", [True, False])

@@ -10,7 +10,7 @@ from rows import one
 import lumped as lp
 from lumped import functionals as fun
 from lumped.code.functions import compile_series
-from lumped.code.operations import join_functions, operations_of
+from lumped.code.operations import operations_of
 from lumped.code.words import call
 from lumped.errors import OptionError
 from lumped.kernel import engine
@@ -35,18 +35,11 @@ def coefficients_of(function, t, order):
     return (np.fft.fft(function(z)) / n / r ** np.arange(n))[:order].real
 
 
-def series(rates, x, t, order=ORDER, p=(), m=(), integrands=None):
-    """Coefficients that the code gives, one column for each state and integral."""
+def series(rates, x, t, order=ORDER, p=(), m=()):
+    """Coefficients that the code gives, one column for each state."""
     arguments = [ca.SX.sym("x", len(x)), ca.SX.sym("p", len(p)), ca.SX.sym("t")]
     arguments.append(ca.SX.sym("m", len(m)))
-
-    def operations(made):
-        results = made(*arguments)
-        return operations_of(ca.Function("f", arguments, [ca.vertcat(*results)]))
-
-    given = operations(rates)
-    if integrands is not None:
-        given = join_functions(given, operations(integrands))
+    given = operations_of(ca.Function("f", arguments, [ca.vertcat(*rates(*arguments))]))
     code = compile_series(given, order, len(x))
     out = np.full((order + 1) * given.results, np.nan)
     point = [np.array(v, dtype=float) for v in (x, p, m)]
@@ -129,25 +122,6 @@ def test_coefficients_of_functions_of_two_arguments(name, still):
     assert (np.abs(found[1:] * np.arange(1, ORDER + 1) - expected) <= tolerance).all()
 
 
-def test_coefficients_of_solutions_in_closed_form():
-    """``1 / (1 + t)``, a sine and cosine, ``tan``, and an integral beside them."""
-    found = series(
-        lambda x, p, t, m: [-(x[0] ** 2), x[2], -x[1], 1 + x[3] ** 2],
-        [1.0, 0.0, 1.0, 0.0],
-        0.0,
-        order=9,
-        integrands=lambda x, p, t, m: [x[1] * x[2]],
-    )
-    np.testing.assert_allclose(found[:, 0], (-1.0) ** np.arange(10), rtol=1e-14)
-    factorial = scipy.special.factorial(np.arange(10))
-    sine = np.array([0, 1, 0, -1] * 3)[:10] / factorial
-    np.testing.assert_allclose(found[:, 1], sine, atol=1e-16)
-    np.testing.assert_allclose(found[1::2, 3], [1, 1 / 3, 2 / 15, 17 / 315, 62 / 2835], rtol=1e-14)
-    half = -0.25 * np.array([2.0**k * np.cos(k * np.pi / 2) for k in range(10)]) / factorial
-    half[0] = 0.0  # sin^2 / 2 is (1 - cos 2 t) / 4
-    np.testing.assert_allclose(found[:, 4], half, atol=1e-16)
-
-
 def test_what_depends_on_parameters_and_settings_alone_needs_no_recurrence():
     """Any operation on them, and a choice that they make."""
 
@@ -216,18 +190,6 @@ def test_the_error_of_a_step_falls_with_its_order_and_is_told():
     order = np.log2(errors[0] / errors[1])
     assert order == pytest.approx(run.order + 1, abs=0.6)
     assert (np.abs(np.log2(np.divide(told, errors))) < 1).all()
-
-
-def test_values_inside_a_step_are_as_accurate_as_its_end():
-    run, _code = made(lambda x, t: [x[1], -x[0]], [0.0, 1.0], rtol=1e-9)
-    taylor.expand(run)
-    stepped(run, run.h)
-    assert 2.5 < run.h < 5.0  # about four radians where no state is near zero
-    out = np.zeros(2)
-    for part in np.linspace(0, 1, 11):
-        taylor.interpolate(run, part, out)
-        exact = np.sin(part * run.h), np.cos(part * run.h)
-        np.testing.assert_allclose(out, exact, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["llvm", "c", "python"])

@@ -3,14 +3,13 @@
 import casadi as ca
 import numpy as np
 import pytest
-from linkages import Crank
+from linkages import Crank, Yoke
 from rows import in_a_row
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, Torque
 from lumped.components.translation import Mass
 from lumped.language.derivatives import along, partials
-from lumped.ops import sin
 
 UNARY = [
     *(ca.sin, ca.cos, ca.atan, ca.tanh, ca.sinh, ca.fabs, ca.sign),
@@ -101,19 +100,6 @@ def chain(n, ratio):
     torque = ca.vertcat(tau, 0) - ca.vertcat(0, passed)
     inputs = [twist, w, J, c, rest, i if gears else ca.SX(0, 1)]
     return model, ca.Function("f", inputs, [ca.vertcat(speed - w[:-1], torque / J)])
-
-
-class Yoke(lp.Component):
-    """Pin of a crank in a straight slot: s = r sin(phi)."""
-
-    flange_a = lp.Flange()
-    flange_b = lp.LinearFlange()
-    r: lp.Param = lp.param("m", "radius of the crank", 0.1, above=0)
-
-    def equations(self):
-        yield lp.lossless(
-            self.flange_b.s == self.r * sin(self.flange_a.phi), self.flange_a, self.flange_b
-        )
 
 
 def crank_motion(phi, r, rod):

@@ -4,7 +4,7 @@ import collections
 
 import numpy as np
 import pytest
-from rows import assemble_row
+from rows import assemble_one, assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -197,21 +197,11 @@ def test_slips_are_named(swinging, cases, options, match):
         duty_cycle(made, curve=CURVE, **options)
 
 
-class Force(lp.Component):
-    y = lp.var("N", "load", 1.0)
-
-    def equations(self):
-        yield lp.der(self.y) == -self.y
-
-
-class Moment(lp.Component):
-    y = lp.var("N.m", "load", 1.0)
-
-    def equations(self):
-        yield lp.der(self.y) == -self.y
-
-
 def test_loads_of_different_units_are_refused():
-    cases = {kind.__name__: LoadCase(lp.assemble(kind()), until=0.1) for kind in (Force, Moment)}
+    def decay(self):
+        yield lp.der(self.y) == -self.y
+
+    systems = {unit: assemble_one(decay, y=lp.var(unit, "load", 1.0)) for unit in ("N", "N.m")}
+    cases = {unit: LoadCase(system, until=0.1) for unit, system in systems.items()}
     with pytest.raises(OptionError, match=r"different units: N, N\.m"):
         duty_cycle(cases, of="y", curve=CURVE)

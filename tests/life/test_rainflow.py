@@ -69,23 +69,9 @@ def test_the_package_fatpack_closes_the_same_cycles(number):
     reversals, _ = fatpack.find_reversals(values, k=classes)
     cycles, residue = fatpack.find_rainflow_cycles(reversals)
     assert len(cycles) == found.total
-    assert len(residue) == len(found.residue)
+    assert residue == pytest.approx(found.residue, abs=2 * np.ptp(values) / classes)
     wanted = np.sort(np.abs(np.diff(cycles, axis=1)).ravel())
     assert np.sort(found.ranges) == pytest.approx(wanted, abs=2 * np.ptp(values) / classes)
-
-
-def test_both_rules_see_the_same_closed_cycles_in_a_long_history():
-    values = history(3)
-    three, four = rainflow(values), rainflow(values, rule="four")
-    # the residue, counted by three points, gives what four points leave open
-    rest = rainflow(four.residue)
-    found = np.sort(
-        np.concatenate(
-            [np.repeat(four.ranges, 2), np.repeat(rest.ranges, (2 * rest.counts).astype(int))]
-        )
-    )
-    wanted = np.sort(np.repeat(three.ranges, (2 * three.counts).astype(int)))
-    assert found == pytest.approx(wanted)
 
 
 def test_a_sine_is_one_range():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import lumped as lp
 from lumped.errors import OptionError, SolverError
 from lumped.models.carrousel_coiler import drive as coiler
 from lumped.models.carrousel_coiler import scenes, turret
@@ -66,24 +65,8 @@ class TestLimits:
         with pytest.raises(OptionError, match=r"300 m does not reach 20 m/s.*360 m"):
             coiler.winding(length=300.0)
 
-    def test_an_over_full_coil_is_an_event_at_its_instant(self):
-        model = coiler.UnderTension().with_({"drive.motor.phi": 1.354 * 20 * lp.time})
-        full = 2 * np.pi * (R + h - r) / h
-        wound = full - 100.0
-        start = {"drive.coil.theta": wound}
-        run = lp.simulate(lp.assemble(model), until=10.0, start=start, rtol=1e-10)
-        found = [e.time for e in run.events if e.component == "drive.coil" and "R_max" in e.after]
-        assert found == [pytest.approx(5.0, abs=1e-8)]
-
     def test_standing_still_divides_by_nothing(self):
         assert scenes.tension_deviation(np.array([r, R]), v=0.0) == pytest.approx(0, abs=1e-9)
-
-    def test_strip_without_thickness_stays_at_the_radius_of_the_mandrel(self):
-        parameters = {"drive.h": 0.0, "drive.v": 20.0}
-        run = lp.simulate(lp.assemble(scenes.Placed(T=0.0)), until=5.0, parameters=parameters)
-        assert np.all(run["drive.coil.R"] == r)
-        assert run["drive.motor.flange.tau"] == pytest.approx(0, abs=1e-7)
-        assert run["drive.coil.w"] == pytest.approx(20.0 / r)
 
     def test_when_the_power_flows_back_the_loss_is_on_the_other_side(self):
         tension, brake = 5e3, 6.0

@@ -5,8 +5,6 @@ import pytest
 from checks import apart
 from pilger_turns import data
 
-import lumped as lp
-from lumped.components import SpeedSensor
 from lumped.models.pilger_mill import drive
 from lumped.models.pilger_mill.stand import SETS, SPEED
 
@@ -35,27 +33,6 @@ class TestRunning:
         assert np.abs(np.subtract((speed.min(), speed.max()), (103.8291, 104.8949))).max() < 1e-4
         assert abs(torque.min() + 830.6) < 0.06
         assert abs(torque.max() - 4776.7) < 0.06
-
-    def test_work_of_motor_and_loads_is_that_of_the_reference(self):
-        class Metered(drive.Driven):
-            meter: SpeedSensor = SpeedSensor()
-            motor_work: lp.Var = lp.var("1", "work of the motor", state="prefer")
-            load_work: lp.Var = lp.var("1", "work of the loads", state="prefer")
-
-            def connections(self):
-                yield from super().connections()
-                yield lp.connect(self.meter.flange, self.mill.crank)
-
-            def equations(self):
-                motor = self.motor.tau * self.motor.w
-                load = self.mill.load.loss() + SETS["P"]["M0"] * self.meter.w
-                yield lp.der(self.motor_work) == motor
-                yield lp.der(self.load_work) == load
-
-        run = drive.running(Metered(), until=FORWARD["t_s"][-1], grid=FORWARD["t_s"], rtol=1e-10)
-        supplied, used = run["motor_work"], run["load_work"]
-        assert apart(supplied, FORWARD["W_motor_J"]) < 1e-8
-        assert apart(-used, FORWARD["W_load_J"]) < 1e-7  # the load grows straight up to v_0
 
     def test_stiff_control_comes_to_the_prescribed_motion(self):
         """A fast motor at a high gain turns the crank evenly: its torque is M(f)."""
@@ -119,15 +96,3 @@ class TestStartUp:
         assert np.abs(run["motor.w"][steady] / w - 1).max() < 0.01
         assert run["motor.tau"].max() < drive.BREAKDOWN
         assert run["motor.w"].min() > -0.01 * w
-
-    def test_steady_torque_carries_the_mean_load(self):
-        """Over whole turns the motor does the work of rolling and feed."""
-        run = drive.start_up(until=12.0, grid=24000, rtol=1e-8)
-        turns = run["mill.crank.phi"] / (2 * np.pi)
-        last = np.floor(turns[-1])
-        inside = (turns >= last - 4) & (turns <= last)
-        t, power = run.t[inside], (run["motor.tau"] * run["motor.w"])[inside]
-        received = np.trapezoid(power, t) / (t[-1] - t[0])
-        curves = data("curves_P")
-        mean = curves["Mroll_Nm"][:-1].mean() + SETS["P"]["M0"]
-        assert abs(received / (mean * SPEED["P"]) - 1) < 5e-3

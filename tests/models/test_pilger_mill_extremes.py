@@ -3,50 +3,12 @@
 import numpy as np
 import pytest
 from checks import apart
-from pilger_turns import E, L, R, data, turn
+from pilger_turns import E, R, data, turn
 
 import lumped as lp
 from lumped.errors import ParameterError, SolverError
 from lumped.models.pilger_mill import stand
-from lumped.models.pilger_mill.stand import AsPrinted, Mill
-
-
-class TestKinematics:
-    """Numbers that follow from R, L, L1 and e."""
-
-    def test_harmonics_of_the_accelerations_are_those_of_the_reference(self):
-        run, w = turn("P"), stand.SPEED["P"]
-        # two thirds of a unit of the last digit
-        expected = {
-            "stand": {"cos": {1: 1, 2: 0.140795, 4: -0.000711}, "sin": {1: -0.078459, 3: 0.001741}},
-            "weight": {"cos": {2: -0.174855, 4: -0.001337}, "sin": {1: 1}},
-        }
-        for part, kinds in expected.items():
-            series = np.fft.rfft(run[f"mill.{part}.a"][:-1]) * 2 / 360 / (w**2 * R)
-            for kind, values in kinds.items():
-                received = series.real if kind == "cos" else -series.imag
-                for k, value in values.items():
-                    assert abs(received[k] - value) < 7e-7, (part, kind, k)
-
-    def test_extremes_are_those_of_the_reference(self):
-        degrees = np.arange(0.0, 360.005, 0.01)
-        run, w = turn("P", degrees=degrees), stand.SPEED["P"]
-        v = run["mill.stand.v"] / w
-        for at, value, place in ((v.argmax(), 0.603907, 78.03), (v.argmin(), -0.591098, 273.46)):
-            assert abs(v[at] - value) < 5.1e-7
-            assert abs(degrees[at] - place) < 0.0101
-        lean = np.degrees(np.pi - run["mill.stand.psi"] % (2 * np.pi))
-        lean_1 = np.degrees(run["mill.weight.psi"] % (2 * np.pi) - np.pi)
-        assert abs(np.abs(lean).max() - 12.5018) < 5.1e-5
-        assert abs(np.abs(lean_1).max() - 9.9931) < 5.1e-5
-        ends = np.degrees([-np.arcsin(E / (L + R)), np.pi - np.arcsin(E / (L - R))])
-        assert np.abs(ends - [-3.909564, 174.826962]).max() < 5.1e-7
-        assert np.abs(np.diff(ends) - 178.7365).max() < 5.1e-5
-
-    @pytest.mark.parametrize("kind", [Mill, AsPrinted])
-    def test_inertia_does_no_work_over_a_cycle(self, kind):
-        torque = stand.crank_torque(turn("P", kind=kind, T_f=0.0, M0=0.0))
-        assert abs(torque[:-1].mean()) < 1e-12 * torque.max()
+from lumped.models.pilger_mill.stand import Mill
 
 
 class TestExtremes:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drive_chains import Pendulum
 from rows import assemble_row, in_rows
 
 import lumped as lp
@@ -28,19 +29,6 @@ def loaded(d=0.4, torque=6.0):
     )
 
 
-class Pendulum(lp.Component):
-    """Gravity pendulum: J a = -weight sin(phi) - d w."""
-
-    flange = lp.Flange(free=True)
-    phi: lp.Var = lp.var("rad", "angle", start=3.0)
-    w: lp.Var = lp.var("rad/s", "speed")
-
-    def equations(self):
-        yield self.flange.phi == self.phi
-        yield self.w == lp.der(self.phi)
-        yield 2.0 * lp.der(self.w) == self.flange.tau - 30.0 * lp.ops.sin(self.phi) - 0.1 * self.w
-
-
 def test_a_linear_equilibrium_takes_one_iteration_and_a_stable_one_says_no_more():
     point = lp.equilibrium(loaded())
     assert point["shaft.phi_rel"] == pytest.approx(6.0 / 200.0, rel=1e-13)
@@ -55,7 +43,8 @@ def test_a_linear_equilibrium_takes_one_iteration_and_a_stable_one_says_no_more(
 
 def test_an_unstable_equilibrium_says_so():
     """Upright: growth (-d + sqrt(d^2 + 4 J weight)) / 2 J."""
-    point = lp.equilibrium(lp.assemble(lp.compose(p=Pendulum())))
+    system = assemble_row(p=Pendulum(phi=3.0), oil=Damper(d=0.1), wall=Fixed())
+    point = lp.equilibrium(system)
     assert point["p.phi"] == pytest.approx(np.pi, rel=1e-9)
     expected = (-0.1 + np.sqrt(0.01 + 8 * 30.0)) / 4
     assert point.search.growth == pytest.approx(expected, rel=1e-9)

@@ -8,7 +8,6 @@ import pytest
 from checks import apart
 from drive_chains import in_turn
 from rows import assemble_rows, in_a_row
-from scipy.linalg import eigh, expm
 from scipy.sparse import csc_array
 
 import lumped as lp
@@ -23,17 +22,6 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import OptionError, SolverError
-from lumped.models.reversing_mill.stand import (
-    C_SHAFT,
-    C_SPINDLE,
-    J_BACKUP,
-    J_GEARBOX,
-    J_MOTOR,
-    J_WORK,
-    RATED,
-    OpenGap,
-    strip_entry,
-)
 from lumped.numerics.closed_form import ClosedForm, _phis
 from lumped.ops import sin, where
 
@@ -60,34 +48,6 @@ def test_a_hundred_thousand_periods_drift_by_rounding_of_the_frequency_only():
     energy = 3.1e4 * run["bar.phi_rel"] ** 2 + run["disc.w"] ** 2
     assert energy == pytest.approx(np.ones_like(energy), rel=1e-13)
     assert run.steps == 1
-
-
-def stand_torques(t):
-    """Shaft torques of the stand after a load of rated torque on each pair of rolls."""
-    found = []
-    rolls = J_BACKUP + J_WORK
-    for J, twist, c in (
-        ([rolls, J_GEARBOX, J_MOTOR], np.array([[-1.0, 1, 0], [0, -1, 1]]), [C_SPINDLE, C_SHAFT]),
-        ([rolls, J_GEARBOX + J_MOTOR], np.array([[-1.0, 1]]), [C_SPINDLE]),
-    ):
-        K = twist.T @ np.diag(c) @ twist
-        squares, V = eigh(K, np.diag(J))
-        push = V.T @ (-RATED * np.eye(len(J))[0])
-        q = np.outer(t**2 / 2, push)
-        elastic = squares > 1e-6 * squares[-1]
-        w2 = squares[elastic]
-        # 1 - cos(x) without cancellation
-        q[:, elastic] = push[elastic] / w2 * 2 * np.sin(np.sqrt(w2) * t[:, None] / 2) ** 2
-        found.append((q @ V.T) @ twist.T * c)
-    return found
-
-
-def test_strip_entry_of_the_mill_is_the_modal_sum():
-    run = strip_entry(OpenGap(), until=0.2, method="exact")
-    upper, lower = stand_torques(run.t)
-    assert apart(run["upper.spindle.tau"], upper[:, 0]) < 1e-12
-    assert apart(run["upper.shaft.tau"], upper[:, 1]) < 1e-12
-    assert apart(run["lower.spindle.tau"], lower[:, 0]) < 1e-12
 
 
 def test_a_chain_of_five_hundred_bodies_carries_the_torsional_wave():
@@ -129,16 +89,6 @@ def test_pieces_of_polynomials_kept_angles_and_double_roots():
     response = 7 / c * (1 - np.exp(-10 * late) * (1 + 10 * late))
     assert apart(run["disc.phi"], t * np.exp(-10 * t) + response) < 1e-12
     assert len(run.pieces) == 2
-
-
-def test_a_damped_drive_equals_the_exponential_of_its_matrix(two_mass):
-    drive = two_mass.with_({"shaft": SpringDamper(c=300.0, d=0.4)})
-    system = lp.assemble(drive)
-    run = lp.simulate(system, until=5.0, start={"a.w": 1.5}, method="exact", grid=50)
-    matrix = np.array([[0, -1.0, 1], [150, -0.2, 0.2], [-300, 0.4, -0.4]])  # twist b - a, w
-    expected = np.array([expm(matrix * t) @ [0, 1.5, 0] for t in run.t])
-    assert apart(run["a.w"], expected[:, 1]) < 1e-12
-    assert apart(run["b.w"], expected[:, 2]) < 1e-12
 
 
 def exponential(a):

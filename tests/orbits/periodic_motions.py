@@ -104,7 +104,6 @@ class Slider(lp.Component):
     u: lp.Param = lp.param("m/s", "speed of the belt", 0.4)
     kinetic: lp.Param = lp.param("N", "friction while it slides", 3.0)
     static: lp.Param = lp.param("N", "greatest friction while it sticks", 5.0)
-    fading: lp.Param = lp.param("N.s/m", "loss of friction with speed", 0.0)
 
     def equations(self):
         yield self.v == lp.der(self.s)
@@ -113,8 +112,8 @@ class Slider(lp.Component):
         yield lp.hold(
             self.f,
             self.slip,
-            forward=self.kinetic - self.fading * self.slip,
-            backward=-self.kinetic - self.fading * self.slip,
+            forward=self.kinetic,
+            backward=-self.kinetic,
             upper=self.static,
             lower=-self.static,
         )

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 from periodic_motions import Ball, G, W, one_bounce
-from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
 from scipy.special import ellipk
 
 import lumped as lp
 from lumped.ops import cos, where
-from tests.orbits.test_orbit_range import JR, K1, C, Hardening
 
 
 @pytest.fixture(scope="module")
@@ -177,35 +174,3 @@ def test_the_backbone_of_a_play_is_its_closed_form():
     assert branch.periods == pytest.approx(2 * np.pi + 4 * b / speed, rel=1e-8)
     assert branch["x"].amplitude == pytest.approx(b + speed, rel=1e-8)
     assert not branch.points
-
-
-def test_folds_of_a_softening_spring_agree_with_an_own_calculation():
-    """Shooting with variational equations by scipy, and a multiplier that is one."""
-    k3, P = -2.0e5, 80.0
-    system = lp.assemble(Hardening(k3=k3, P=P, c=0.5 * C))
-    n = 15.0
-    orbit = lp.periodic(system, period=2 * np.pi / n, parameters={"n": n}, warm_up=30)
-    branch = lp.orbits.branch(orbit, along={"n": (n, 30.0)}, turns=1)
-    folds = branch.named("fold")
-    assert len(folds) == 2
-
-    def missing(z):
-        w = 2 * z[2]
-
-        def rates(t, y):
-            stiffness = (K1 + 3 * k3 * y[0] ** 2) / JR
-            load = P * np.cos(w * t) - 0.5 * C * y[1] - K1 * y[0] - k3 * y[0] ** 3
-            a, b = y[2:4], y[4:6]
-            return [y[1], load / JR, *b, *(-stiffness * a - 0.5 * C / JR * b)]
-
-        begin = [z[0], z[1], 1, 0, 0, 1]
-        end = solve_ivp(rates, (0, 2 * np.pi / w), begin, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
-        monodromy = end[2:].reshape(2, 2) - np.eye(2)
-        return [100 * (end[0] - z[0]), end[1] - z[1], np.linalg.det(monodromy)]
-
-    for fold in folds:
-        motion = branch.orbit(fold.number)
-        guess = [*(motion.run.x[0] * 1.001), fold.value * 1.0001]
-        found = fsolve(missing, guess, xtol=1e-11, epsfcn=1e-13)
-        assert np.abs(missing(found)).max() < 1e-8
-        assert fold.value == pytest.approx(found[2], rel=1e-8)

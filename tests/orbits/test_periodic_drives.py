@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from periodic_motions import ROTOR, TURN, Slider, orbit_of, swing_of
-from scipy.integrate import solve_ivp
 
 import lumped as lp
 from lumped.errors import OptionError
@@ -29,26 +28,6 @@ def test_a_slider_on_a_belt_sticks_and_slips_for_as_long_as_calculated_by_hand(u
     assert by.period["static"] == pytest.approx(slope, rel=1e-7)
     slope = 2 / w * step / w / (step**2 + (u / w) ** 2) - 2 * step / u**2
     assert by.period["u"] == pytest.approx(slope, rel=1e-7)
-
-
-def test_friction_that_fades_with_speed_agrees_with_pieces_put_together():
-    c, m, u, kinetic, static, fading = 9.0, 2.0, 0.4, 3.0, 3.6, 0.5
-    orbit = lp.periodic(lp.assemble(Slider(static=static, fading=fading)), near=3.0)
-
-    def rate(t, y):
-        return [y[1], (-c * y[0] + kinetic + fading * (y[1] - u)) / m]
-
-    def caught(t, y):
-        return y[1] - u + 1e-300 * (t < 1e-3)
-
-    caught.terminal, caught.direction = True, 1
-    begin = [static / c, u]
-    moved = solve_ivp(rate, (0, 1e-2), begin, rtol=1e-12, atol=1e-13)
-    rest = solve_ivp(
-        rate, (1e-2, 9), moved.y[:, -1], events=caught, method="DOP853", rtol=1e-12, atol=1e-13
-    )
-    T = rest.t[-1] + (static / c - rest.y[0, -1]) / u
-    assert orbit.period == pytest.approx(T, rel=1e-9)
 
 
 @pytest.mark.parametrize("turn", [TURN, {"back": -4 * np.pi}])

@@ -3,24 +3,20 @@
 import base64
 import inspect
 import operator
-import os
 import re
 import shutil
-import subprocess
-import sys
 import tomllib
-from pathlib import Path
 
 import pytest
 from all_workers import made_once, wait_until
 from browser import opened
+from processes import ROOT, python
 from public_names import PUBLIC, THEMES
 
 import lumped
 import lumped.components
 from lumped.components import translation
 
-ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
 
@@ -34,29 +30,11 @@ def sphinx():
 
 def build(source, folder, *options):
     """Build a site with the project's settings; warnings are errors."""
-    search = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     command = (
         "import gc, sys; from sphinx.cmd.build import main; "
         "gc.set_threshold(100_000); sys.exit(main(sys.argv[1:]))"
     )
-    built = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            command,
-            "-qW",
-            "--keep-going",
-            *options,
-            "-c",
-            DOCS,
-            source,
-            folder,
-        ],
-        capture_output=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": search},
-    )
-    assert built.returncode == 0, built.stderr
+    python("-c", command, "-qW", "--keep-going", *options, "-c", DOCS, source, folder)
     return folder
 
 

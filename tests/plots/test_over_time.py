@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lumped.plots.over_time import over_time
+from lumped.plots.over_time import draw_over_time
 from lumped.plots.picture import Curve, Instants
 from lumped.support.display_units import frequency_unit
 from lumped.vibration.pictures import frequency_response_picture
@@ -17,7 +17,7 @@ def names_of(picture):
 
 
 def pictured(quantities, events=(), all_of_them=True):
-    return over_time("drive", (T, "s"), quantities, events, all_of_them=all_of_them)
+    return draw_over_time("drive", (T, "s"), quantities, events, all_of_them=all_of_them)
 
 
 @pytest.mark.parametrize(

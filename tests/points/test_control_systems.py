@@ -3,6 +3,7 @@
 import control
 import numpy as np
 import pytest
+from rows import assemble_row
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper, Torque
@@ -13,18 +14,11 @@ J, STIFFNESS, DAMPING = 2.0, 800.0, 3.0
 
 @pytest.fixture(scope="module")
 def system():
-    return lp.assemble(
-        lp.compose(
-            motor=Torque(tau=0.0),
-            mass=[Inertia(J=J)],
-            shaft=SpringDamper(c=STIFFNESS, d=DAMPING),
-            wall=Fixed(),
-            connections=lambda m: [
-                lp.connect(m.motor.flange, m.mass[0].flange_a),
-                lp.connect(m.mass[0].flange_b, m.shaft.flange_a),
-                lp.connect(m.shaft.flange_b, m.wall.flange),
-            ],
-        )
+    return assemble_row(
+        motor=Torque(tau=0.0),
+        mass=[Inertia(J=J)],
+        shaft=SpringDamper(c=STIFFNESS, d=DAMPING),
+        wall=Fixed(),
     )
 
 

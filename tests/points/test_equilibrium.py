@@ -11,13 +11,11 @@ from lumped.components import (
     Fixed,
     IdealGear,
     Inertia,
-    Speed,
     Spring,
     SpringDamper,
     Torque,
-    translation,
 )
-from lumped.errors import SolverError, StartError
+from lumped.errors import SolverError
 
 
 def loaded(**load):
@@ -137,22 +135,12 @@ def test_a_soft_tether_beside_a_stiff_coupling_keeps_a_drive_from_turning_for_ev
     assert [point["a.w"], point["b.w"]] == pytest.approx([0.0, 0.0], abs=1e-6)
 
 
-@pytest.mark.parametrize("keep", [[], ["b.phi"]])
-def test_the_speed_is_found_where_the_load_depends_on_it(keep):
-    system = lp.assemble(loaded(brake=Damper(d=3.0), wall=Fixed()), keep=keep)
-    point = lp.equilibrium(system)
-    assert point["b.w"] == pytest.approx(4.0 * 30.0 / 3.0, rel=1e-10)
-    assert point["shaft.phi_rel"] == pytest.approx(-30.0 / 400.0, rel=1e-10)
-
-
 def test_a_motor_torque_follows_from_the_speed_that_it_shall_hold():
     system = lp.assemble(loaded(brake=Damper(d=3.0), wall=Fixed()))
     point = lp.equilibrium(system, free=["motor.tau"])
     assert point["a.w"] == pytest.approx(100.0, rel=1e-12)
     # 4 tau = d w / 4
     assert point.parameters["motor.tau"] == pytest.approx(3.0 * 100.0 / 16.0, rel=1e-10)
-    with pytest.raises(StartError, match=r"not determine .* motor\.tau, brake\.d"):
-        lp.equilibrium(system, free=["motor.tau", "brake.d"])
 
 
 def test_a_speed_that_is_no_state_is_kept_too():
@@ -203,8 +191,6 @@ def test_at_rest_springs_carry_the_load_whatever_speeds_were_given():
     assert received == pytest.approx([0.0] * 4, abs=1e-9)
     assert point["brake.phi_rel"] == pytest.approx(-45.0 / 900.0, rel=1e-10)
     assert point["rope.phi_rel"] == pytest.approx(-45.0 / 50.0, rel=1e-10)
-    with pytest.raises(StartError, match=r"load\.w = 3 rad/s"):
-        lp.equilibrium(system, rest=True, start={"load.w": 3.0})
 
 
 @pytest.mark.parametrize("keep", [[], ["a.phi"]])
@@ -213,22 +199,3 @@ def test_a_balanced_drive_rests_where_it_was_put(keep):
     point = lp.equilibrium(system, rest=True)
     assert [point["a.w"], point["b.w"]] == [0.0, 0.0]
     assert point["shaft.phi_rel"] == pytest.approx(-30.0 / 400.0, rel=1e-10)
-
-
-def test_what_is_driven_or_turned_does_not_rest():
-    with pytest.raises(SolverError, match="no rest"):  # it would turn at 40 rad/s
-        lp.equilibrium(lp.assemble(loaded(brake=Damper(d=3.0), wall=Fixed())), rest=True)
-    turned = in_a_row(motor=Speed(w=10.0), a=Inertia(J=1.0))
-    with pytest.raises(SolverError, match=r"no rest: a\.w = 10"):
-        lp.equilibrium(lp.assemble(turned), rest=True)
-
-
-def test_a_mass_hangs_at_rest():
-    model = in_a_row(
-        ceiling=translation.Fixed(),
-        spring=translation.Spring(c=2e3),
-        body=translation.Mass(m=4.0, v=1.0),
-        weight=translation.Force(f=-4.0 * 9.81),
-    )
-    point = lp.equilibrium(lp.assemble(model), rest=True)
-    assert point["body.s"] == pytest.approx(-4.0 * 9.81 / 2e3, rel=1e-10)

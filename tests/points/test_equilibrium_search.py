@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from rows import assemble_row, in_a_row
+from rows import assemble_row, in_rows
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.components import Inertia, SpringDamper, Torque
+from lumped.components import Inertia, QuadraticTorque, SpringDamper, Torque
 from lumped.errors import SolverError
 from lumped.points import equilibrium_search as module
 
@@ -24,25 +24,17 @@ class Motor(lp.Component):
         yield self.flange.tau == -self.T * lp.ops.tanh((self.w_0 - w) / self.s)
 
 
-class Fan(lp.Component):
-    """Fan: tau = T_0 + k w |w|."""
-
-    flange = lp.Flange()
-    T_0: lp.Param = lp.param("N.m", "constant torque", 5.0)
-    k: lp.Param = lp.param("N.m.s2", "fan constant", 1e-3)
-
-    def equations(self):
-        w = lp.der(self.flange.phi)
-        yield self.flange.tau == self.T_0 + self.k * w * abs(w)
-
-
-def fan_drive(k=1e-3, **values):
-    return in_a_row(
+def fan_drive(k, T_0=5.0):
+    """A steep motor against the torque T_0 + k w |w|."""
+    return in_rows(
+        "motor a shaft b load",
+        "b fan",
         motor=Motor(),
         a=Inertia(J=0.5),
         shaft=SpringDamper(c=4e4, d=2.0),
         b=Inertia(J=3.0),
-        fan=Fan(k=k, **values),
+        load=Torque(tau=-T_0),
+        fan=QuadraticTorque(tau_nominal=-k, w_nominal=1.0),
     )
 
 
@@ -85,6 +77,6 @@ def test_a_spring_without_stiffness_where_the_search_begins_finds_its_rest(monke
 
 def test_a_load_beyond_the_motor_is_refused():
     # reversed, the fan would drive; a constant load of 90 N.m beats 80 at every speed
-    system = lp.assemble(fan_drive(0.0, T_0=90.0))
+    system = lp.assemble(fan_drive(0.0, 90.0))
     with pytest.raises(SolverError, match=r"no equilibrium near the start values: der\("):
         lp.equilibrium(system)

@@ -172,6 +172,7 @@ def test_frequencies_at_a_stuck_brake_inherit_it():
     expected = slope(hertz, 2.0, 1e-3)
     assert found.hertz[0, 0] == pytest.approx(expected, rel=1e-8)
     assert found.moving
+    assert "moves with the parameters" in repr(found)
 
 
 def test_shapes_at_a_stuck_brake_inherit_it():
@@ -188,12 +189,13 @@ def test_responses_at_a_stuck_brake_inherit_it():
     answer = lp.frequency_response(
         system, inputs=["t.tau"], outputs=["p.phi"], hertz=[0.0, 1.0], at=point
     )
-    found = lp.vibration.response_sensitivity(answer, by=["p.m"])["p.phi", "t.tau", "p.m"]
+    found = lp.vibration.response_sensitivity(answer, by=["p.m"])
     w = 2 * np.pi
     dynamic = [lambda m: 1 / stiffness(m) + 0j]
     dynamic.append(lambda m: 1 / (stiffness(m) + 1j * w - w**2 * (0.1 + m * 0.25)))
     expected = [slope(f, 2.0, 1e-3) for f in dynamic]
-    assert found == pytest.approx(np.array(expected), rel=1e-8)
+    assert found["p.phi", "t.tau", "p.m"] == pytest.approx(np.array(expected), rel=1e-8)
+    assert found.moving
 
 
 def geared():

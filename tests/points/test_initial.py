@@ -6,7 +6,7 @@ from drives_at_points import Steady
 from rows import assemble_row, assemble_rows, in_a_row
 
 import lumped as lp
-from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque, translation
+from lumped.components import Fixed, Inertia, Spring, Torque, translation
 from lumped.errors import OptionError, StartError
 
 
@@ -150,22 +150,6 @@ def test_an_initial_equation_takes_the_side_that_holds_at_the_start():
     held = lp.ops.where(lp.time >= 1, 1.0, 0.25) + abs(lp.time - 0.5)
     system = lp.assemble(hanging(initial_equations=lambda m: [m.body.s == held]))
     assert lp.start_point(system)["body.s"] == pytest.approx(0.75, abs=1e-14)
-
-
-def test_start_values_and_initial_equations_pass_through_gears():
-    model = in_a_row(
-        drive=Torque(tau=6.0),
-        a=Inertia(J=1.0),
-        gear=IdealGear(ratio=4.0),
-        b=Inertia(J=1.0),
-        brake=Damper(d=2.0),
-        wall=Fixed(),
-        initial_equations=lambda m: [lp.der(m.b.w) == 0],
-    )
-    point = lp.start_point(lp.assemble(model))
-    # 4 tau = d w_b
-    assert point["b.w"] == pytest.approx(12.0, rel=1e-12)
-    assert point["a.w"] == pytest.approx(48.0, rel=1e-12)
 
 
 def test_a_thousand_initial_equations_of_one_class_are_lowered_once():

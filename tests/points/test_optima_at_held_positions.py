@@ -1,18 +1,13 @@
 """Optima of modes at equilibria that contacts and given speeds hold."""
 
-import numpy as np
 import pytest
 from rows import assemble_rows
 from scipy.optimize import brentq
-from test_held_positions import geared, pendulum, stiffness
+from test_held_positions import geared, hertz, pendulum
 
 import lumped as lp
 from lumped.components import Fixed, SpringDamper, SwingingMass
 from lumped.vibration.natural.mode_designs import equilibrium_again
-
-
-def hertz(m):
-    return np.sqrt(stiffness(m) / (0.1 + m * 0.25)) / (2 * np.pi)
 
 
 def braked_modes():

@@ -9,7 +9,6 @@ import lumped as lp
 from lumped.components import (
     BearingFriction,
     Clutch,
-    ConverterDrive,
     Damper,
     Filter,
     Fixed,
@@ -17,9 +16,7 @@ from lumped.components import (
     Limiter,
     LossyGear,
     Torque,
-    Vehicle,
 )
-from lumped.errors import StartError
 from lumped.ops import where
 
 
@@ -46,28 +43,6 @@ def test_a_lag_behind_a_limiter_starts_with_what_the_limiter_lets_pass(given):
 def test_a_run_stays_where_it_starts_steadily():
     run = lp.simulate(lp.assemble(filtered()), until=0.5, grid=10)
     assert run["lag.x"] == pytest.approx(np.ones(11), rel=1e-9)  # 3 exp(-0.5) > 1
-
-
-@pytest.mark.parametrize("w", [10.0, -10.0])
-def test_a_lag_of_friction_starts_with_what_slides(w):
-    class Warm(lp.Component):
-        """A bearing whose torque is felt with delay."""
-
-        felt: lp.Var = lp.var("N.m", "torque felt", state="prefer")
-        body: Inertia = Inertia(J=1.0, w=w)
-        bearing: BearingFriction = BearingFriction(characteristic=((0.0, 5.0), (20.0, 9.0)))
-
-        def equations(self):
-            yield 0.1 * lp.der(self.felt) == self.bearing.tau - self.felt
-
-        def initial_equations(self):
-            yield lp.der(self.felt) == 0
-
-        def connections(self):
-            yield from lp.chain(self.body, self.bearing)
-
-    point = lp.start_point(lp.assemble(Warm()))
-    assert point["felt"] == pytest.approx(np.sign(w) * 7.0, rel=1e-12)
 
 
 def rubbing(torque, characteristic):
@@ -112,17 +87,6 @@ def test_behind_a_slipping_clutch_a_body_starts_at_its_steady_speed(w):
     assert point["slip.position"] == -np.sign(w)
 
 
-def test_a_drive_at_its_limit_starts_with_its_limit():
-    model = lp.compose(
-        drive=ConverterDrive(J=1.0, tau_max=100.0, P_max=1e4, T=0.1, wanted=250.0, w=50.0),
-        load=Damper(d=1.0),
-        ground=Fixed(),
-        connections=lambda m: lp.chain(m.drive.flange, m.load, m.ground),
-        initial_equations=lambda m: [lp.der(m.drive.tau) == 0],
-    )
-    assert lp.start_point(lp.assemble(model))["drive.tau"] == pytest.approx(100.0, rel=1e-12)
-
-
 @pytest.mark.parametrize(("w", "torque"), [(10.0, 16.0), (-10.0, 25.0)])
 def test_a_lossy_gear_starts_with_the_losses_of_its_direction(w, torque):
     # forward the motor drives: tau_b = 2 * 10 * 0.8; backward the load does: 2 * 10 / 0.8
@@ -135,49 +99,6 @@ def test_a_lossy_gear_starts_with_the_losses_of_its_direction(w, torque):
     )
     point = lp.start_point(lp.assemble(model), free=["load.tau"])
     assert point.parameters["load.tau"] == pytest.approx(-torque, rel=1e-12)
-
-
-def test_a_drag_follows_from_steady_driving():
-    model = lp.compose(
-        wheel=Torque(tau=300.0),
-        car=Vehicle(m=1200.0, R=0.3, A=2.0, cd=0.3, cr=0.01, inclination=0.0, v_wind=0.0, v=30.0),
-        connections=lambda m: [lp.connect(m.wheel.flange, m.car.wheel)],
-        initial_equations=lambda m: [lp.der(m.car.v) == 0],
-    )
-    point = lp.start_point(lp.assemble(model), free=["car.cd"])
-    # 300 / 0.3 = 0.01 m g + 1.2 / 2 A cd v^2
-    expected = (1000.0 - 0.01 * 1200.0 * 9.80665) / (0.6 * 2.0 * 30.0**2)
-    assert point.parameters["car.cd"] == pytest.approx(expected, rel=1e-9)
-
-
-class Step(lp.Component):
-    """100 above 5 rad/s, else 0."""
-
-    u = lp.Input("rad", "angle")
-    y = lp.Output("1", "signal")
-    rate: lp.Var = lp.var("rad/s", "rate of its sine")
-
-    def equations(self):
-        yield self.rate == lp.der(lp.ops.sin(self.u))
-        yield self.y == where(self.rate > 5.0, 100.0, 0.0)
-
-
-@pytest.mark.parametrize("phi", [0.0, 1.0, 2.0, 4.0])
-def test_a_condition_on_what_follows_from_states_is_taken_as_it_is(phi):
-    from lumped.components import AngleSensor
-
-    model = in_rows(
-        "body angle",
-        "angle.phi step.u",
-        "step.y lag.u",
-        body=Inertia(J=1.0, w=10.0, phi=phi),
-        angle=AngleSensor(),
-        step=Step(),
-        lag=Filter(T=0.1),
-        initial_equations=lambda m: [lp.der(m.lag.x) == 0],
-    )
-    point = lp.start_point(lp.assemble(model))
-    assert point["lag.x"] == (100.0 if 10.0 * np.cos(phi) > 5.0 else 0.0)
 
 
 # -- where positions do not settle at once -----------------------------------------------------
@@ -253,21 +174,6 @@ def test_random_laws_of_straight_pieces_are_met(seed):
     wanted = float(np.interp(x, far, heights))
     point = lp.start_point(lp.assemble(lp.compose(law=Law())), start={"law.y": wanted})
     assert point["law.x"] == pytest.approx(x, rel=1e-6, abs=1e-6)
-
-
-def test_what_holds_in_no_positions_is_refused_by_name():
-    class Never(lp.Component):
-        """x = 1 where x < 0, x = -1 elsewhere."""
-
-        x: lp.Var = lp.var("1", "state")
-        y: lp.Var = lp.var("1", "value")
-
-        def equations(self):
-            yield lp.der(self.x) == -self.x
-            yield self.y == self.x - where(self.x < 0.0, 1.0, -1.0)
-
-    with pytest.raises(StartError, match=r"law\.y = 0 cannot hold at the start: the positions"):
-        lp.start_point(lp.assemble(lp.compose(law=Never())), start={"law.y": 0.0})
 
 
 # -- derivatives -------------------------------------------------------------------------------

@@ -8,13 +8,11 @@ from rows import assemble_row, assemble_rows, in_a_row, in_rows
 import lumped as lp
 from lumped.components import (
     EllipticalGear,
-    Fixed,
     IdealGear,
     Inertia,
     Planetary,
     Position,
     Spring,
-    SpringDamper,
     Torque,
 )
 from lumped.components.translation import Mass
@@ -49,23 +47,6 @@ def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
         assert relative(point["gear.flange_b.tau"], -jb * expected / ratio) < 1e-13
     lone = lp.assemble(PAIR)
     assert lone.state_names == ["a.w"]
-
-
-def test_rigidly_coupled_inertias_share_one_speed():
-    n = 40
-    values = np.random.default_rng(3).uniform(0.5, 2, n)
-    model = lp.compose(
-        drive=Torque(tau=11.0),
-        body=[Inertia(J=j) for j in values],
-        connections=lambda m: lp.chain(m.drive, *m.body),
-    )
-    system = lp.assemble(model)
-    point = lp.start_point(system)
-    assert system.state_names == ["body[0].w"]
-    expected = 11.0 / values.sum()
-    assert relative([point[f"body[{i}].a"] for i in (0, 17, n - 1)], expected) < 1e-14
-    torque = values[18:].sum() * expected
-    assert relative(point["body[17].flange_b.tau"], -torque) < 1e-13
 
 
 def test_a_train_of_rigid_gears_collapses_to_one_speed():
@@ -124,15 +105,6 @@ def test_a_variable_ratio_keeps_the_driving_angle_as_state():
         assert relative(point["b.w"], g * w) < 1e-13
 
 
-def test_energy_stays_constant_over_a_hundred_turns_of_an_elliptical_gear():
-    system = assemble_row(**{**ELLIPTICAL, "a": Inertia(J=1.3, w=20.0)})
-    run = lp.simulate(system, until=35.0, rtol=1e-10)
-    assert run["a.phi"][-1] > 100 * 2 * np.pi
-    energy = 0.5 * 1.3 * run["a.w"] ** 2 + 0.5 * 0.7 * run["b.w"] ** 2
-    drift = np.ptp(energy) / energy[0]
-    assert drift < 1e-7
-
-
 def test_a_prescribed_angle_gives_the_torque_it_takes():
     angle = 3 * lp.time + 0.2 * sin(5 * lp.time)
     system = assemble_row(guide=Position(phi=angle), **ELLIPTICAL)
@@ -163,6 +135,7 @@ def test_a_planetary_set_has_the_projected_mass_matrix():
     mass = basis.T @ np.diag([1.0, 4.0, 2.0]) @ basis
     expected = basis @ np.linalg.solve(mass, basis.T @ [3.0, 0, 0])
     assert relative([point[n] for n in ("s.a", "c.a", "r.a")], expected) < 1e-13
+    assert relative(point["gear.ring.tau"], 2.5 * point["gear.sun.tau"]) < 1e-13
 
 
 def test_springs_in_series_without_inertia_between_them_add_their_compliances():
@@ -316,21 +289,3 @@ def test_the_report_names_ports_that_are_open_and_stand_still():
     report = lp.assemble(model).report()
     assert report.still == ("mesh[1].support",)
     assert "left open and held still\n  mesh[1].support" in repr(report)
-
-
-def test_the_same_model_gives_the_same_system_every_time():
-    model = lp.compose(
-        body=[Inertia(J=1.0 + i) for i in range(4)],
-        shaft=[SpringDamper(c=100.0 + i, d=0.5) for i in range(3)],
-        gear=IdealGear(ratio=-2.0),
-        wall=Fixed(),
-        connections=lambda m: [
-            *(lp.connect(m.body[i].flange_b, m.shaft[i].flange_a) for i in range(3)),
-            *(lp.connect(m.body[(i + 1) % 3].flange_a, m.shaft[i].flange_b) for i in range(3)),
-            *lp.chain(m.body[0], m.gear, m.body[3]),
-            lp.connect(m.gear.support, m.wall.flange),
-        ],
-    )
-    first, second = lp.assemble(model), lp.assemble(model)
-    assert str(first.rates) == str(second.rates)
-    assert first.state_names == second.state_names

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from checks import refused, worst
+from linkages import Yoke
 from rows import assemble_rows, in_a_row
 
 import lumped as lp
@@ -74,22 +75,6 @@ def test_a_spring_between_motor_and_load_takes_the_fourth_derivative_of_the_angl
     assert np.abs(run["motor.tau"][outside]).max() < 1e-9 * np.abs(expected).max()
 
 
-def test_the_torque_found_brings_about_the_motion():
-    # the torque for b.phi = 7th-order polynomial, written by hand, drives the model forwards
-    T, h = 0.8, 2.5
-    system = two_masses()
-    position = profiles.path(profiles.polynomial7(h, T))
-    run = lp.inverse(system, motion={"b.phi": position}, drive="motor.tau", until=T, grid=4000)
-    torque = lp.ops.table(run.t, run["motor.tau"])
-    forward = lp.assemble(
-        drive(a=Inertia(J=J_A), shaft=Spring(c=C), b=Inertia(J=J_B)).with_({"motor.tau": torque}),
-        keep=["b.phi"],
-    )
-    # at the begin the fourth derivative is 840 h / T^4, but motor and spring are at rest
-    check = lp.simulate(forward, until=T, rtol=1e-9)
-    assert worst(check["b.phi"], h * seventh(check.t / T, 0)) < 1e-6
-
-
 def test_several_motions_have_several_drives():
     model = in_a_row(
         left=Torque(tau=0.0),
@@ -149,23 +134,10 @@ def test_a_voltage_is_found_as_well():
     assert worst(run["supply.v"], R * J * 5 * c / k - L * J * 25 * s / k + k * s) < 1e-12
 
 
-class Crank(lp.Component):
-    """Scotch yoke: s = r sin(phi)."""
-
-    flange_a = lp.Flange()
-    flange_b = lp.LinearFlange()
-    r: lp.Param = lp.param("m", "radius of the crank", 0.5)
-
-    def equations(self):
-        yield from lp.lossless(
-            self.flange_b.s == self.r * sin(self.flange_a.phi), self.flange_a, self.flange_b
-        )
-
-
 def test_a_mechanism_is_inverted_through_its_varying_ratio():
     # s = r sin(phi): torque m s'' r cos(phi) + J phi''
     J, m, r = 0.3, 2.0, 0.5
-    system = lp.assemble(drive(a=Inertia(J=J), crank=Crank(r=r), piston=translation.Mass(m=m)))
+    system = lp.assemble(drive(a=Inertia(J=J), crank=Yoke(r=r), piston=translation.Mass(m=m)))
     motion = {"piston.s": r * sin(0.8 * sin(lp.time))}
     run = lp.inverse(system, motion=motion, drive="motor.tau", until=3.0)
     phi, w, a = 0.8 * np.sin(run.t), 0.8 * np.cos(run.t), -0.8 * np.sin(run.t)
@@ -211,6 +183,25 @@ def test_a_motion_that_is_not_smooth_enough_is_refused_where_it_kinks():
         "behind a spring none of acceleration and jerk",
     )
     refuses(SolverError, two_masses(), {"b.w": speed}, "motor.tau", *words)
+
+
+class Lever(lp.Component):
+    """A force on a lever that passes its dead centre at 1 s."""
+
+    flange = lp.Flange()
+    u: lp.Input = lp.Input("N", "force")
+
+    def equations(self):
+        yield self.flange.tau == -self.u * (lp.time - 1.0)
+
+
+def test_a_run_through_a_dead_centre_is_refused_and_kept_up_to_there():
+    system = lp.assemble(in_a_row(motor=Lever(u=0.0), b=Inertia(J=J_B)))
+    with pytest.raises(SolverError, match=r"t = 1 s.*as at a dead centre") as fault:
+        lp.inverse(system, motion={"b.w": 3 * lp.time}, drive="motor.u", until=2.0, grid=20)
+    run = fault.value.partial
+    assert run.t[-1] == 1.0
+    assert worst(run["motor.u"][:-1], 3 * J_B / (run.t[:-1] - 1)) < 1e-12
 
 
 def test_a_drive_that_does_not_act_on_the_motion_is_refused():
@@ -263,6 +254,7 @@ def test_dry_friction_behind_a_spring_is_refused():
             ["a.w (angular velocity, rad/s) of a (Inertia) is not an input", "motor.tau"],
         ),
         (OptionError, {"b.w": "fast"}, "motor.tau", ["b.w = 'fast'", "rad/s"]),
+        (OptionError, {"b.w": "3"}, "motor.tau", ["b.w = '3'", "rad/s"]),
         (OptionError, {"b.w": float("nan")}, "motor.tau", ["finite"]),
         (UnknownNameError, {"b.omega": 1.0}, "motor.tau", ["b.omega"]),
         (UnknownNameError, {"b.w": 1.0}, "motor.torque", ["motor.torque"]),

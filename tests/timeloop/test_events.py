@@ -7,12 +7,10 @@ import pytest
 from rows import assemble_one, assemble_row, assemble_rows, in_a_row, one
 
 import lumped as lp
-from lumped.components import BearingFriction, Brake, ElastoBacklash, Fixed, Inertia, Spring, Torque
+from lumped.components import Brake, ElastoBacklash, Fixed, Inertia, Spring
 from lumped.components.translation import Mass
 from lumped.errors import EquationError, SingularModelError, StartError
 from lumped.ops import cos, sin, where
-
-EPS = np.finfo(float).eps
 
 
 def changes(run):
@@ -247,16 +245,3 @@ def test_a_play_tells_its_flanks():
     assert [(e.before, e.after) for e in run.events] == [*itertools.pairwise(words)]
     assert [e.time for e in run.events] == pytest.approx(begins, abs=1e-7)
     assert {e.kind for e in run.events} == {"condition"}
-
-
-def test_events_of_all_kinds_survive_a_file(tmp_path):
-    model = in_a_row(
-        push=Torque(tau=where(lp.time >= 0.5, 0.0, 3.0)),
-        body=Inertia(J=1.0),
-        rub=BearingFriction(characteristic=((0.0, 1.0), (2.0, 1.0))),
-    )
-    run = lp.simulate(lp.assemble(model), until=2.0)
-    # 2 N.m accelerate for 0.5 s, 1 N.m brakes for a second
-    assert [(e.kind, e.after) for e in run.events] == [("time", "time >= 0.5"), ("hold", "stuck")]
-    assert run.events[-1].time == pytest.approx(1.5, abs=1e-9)
-    assert lp.load(run.save(tmp_path / "run.nc")).events == run.events

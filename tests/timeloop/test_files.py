@@ -50,6 +50,7 @@ def test_a_result_is_read_back_to_the_last_bit(run, tmp_path, ending):
         assert (values == run[name]).all()
         assert found.units[name] == run.system.quantity(name).unit
     if ending != "csv":
+        assert found.events == run.events != ()
         assert found.model == run.system.name
         assert found.parameters == run.system.parameters
         assert found.parameter_units["shaft.c"] == "N.m/rad"

@@ -217,18 +217,23 @@ def test_rows_may_be_parameters():
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
-    "motion",
-    [abs(t - 0.5), ops.minimum(2 * t, 1.0), ops.sign(t - 0.5), ops.where(t >= 0.5, 1.0, -1.0)],
+    ("motion", "jumps"),
+    [
+        (abs(t - 0.5), r"first\.w .*jump from -1 to 1"),
+        (ops.minimum(2 * t, 1.0), r"first\.w .*jump from 2 to 0"),
+        (ops.sign(t - 0.5), r"second\.phi .*jump from -1 to 1"),
+        (ops.where(t >= 0.5, 1.0, -1.0), r"second\.phi .*jump from -1 to 1"),
+    ],
     ids=["abs", "minimum", "sign", "where"],
 )
-def test_a_prescribed_motion_with_a_kink_is_refused_however_it_is_written(motion, method):
+def test_a_prescribed_motion_with_a_kink_is_refused_however_it_is_written(motion, jumps, method):
     system = assemble_row(
         position=Position(phi=motion),
         first=Inertia(J=0.5),
         shaft=SpringDamper(c=50.0, d=0.5),
         second=Inertia(J=0.3),
     )
-    with pytest.raises(SolverError, match=r"would have to jump .* at t = 0.5 s"):
+    with pytest.raises(SolverError, match=rf"{jumps} at t = 0\.5"):
         lp.simulate(system, until=1.0, method=method)
 
 

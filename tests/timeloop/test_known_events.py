@@ -1,6 +1,6 @@
 """Events are met where a closed form says, by all methods.
 
-``python tests/drives/known_events.py 30000`` tries so many, in lanes and as exported units, too.
+``python tests/drives/known_events.py 30000`` tries so many, in lanes and in exported FMUs, too.
 """
 
 import itertools
@@ -10,7 +10,7 @@ import pytest
 from checks import in_all_engines
 from ensemble_runs import Alone, assert_same_bits, ran
 from known_cases import PULSES, Known, families
-from known_events import METHODS, Count, by_runs, in_lanes
+from known_events import METHODS, Count, run_alone, run_in_lanes
 from rows import assemble_row, in_rows
 from scipy.integrate import quad
 
@@ -31,7 +31,7 @@ t = lp.time
 def test_events_are_met(name, method):
     family, count = FAMILIES[name], Count()
     cases = [family.case(np.random.default_rng((3, seed))) for seed in range(8)]
-    by_runs(family, cases, method, count)
+    run_alone(family, cases, method, count)
     assert count.cases == 8
     assert count.events >= 8
     assert (count.missed, count.invented, count.refused) == (0, 0, 0)
@@ -42,7 +42,7 @@ def test_events_are_met(name, method):
 def test_lanes_meet_events(name):
     family, count = FAMILIES[name], Count()
     cases = [family.case(np.random.default_rng((3, seed))) for seed in range(8)]
-    in_lanes(family, cases, count)
+    run_in_lanes(family, cases, count)
     assert (count.missed, count.invented) == (0, 0)
     assert count.worst < 1.0
 
@@ -88,7 +88,7 @@ def test_errors_are_told_in_tolerances():
     count = Count()
     count.compare(Known({}, np.array([0.1, 0.5]), np.full(2, 1e-9)), np.array([0.1, 0.5 + 3e-9]))
     assert count.worst == pytest.approx(3.0, rel=1e-6)
-    count.weigh(Known({}, np.zeros(0), np.zeros(0), (2.0, 1e-8)), 0.0)
+    count.compare_last_speed(Known({}, np.zeros(0), np.zeros(0), (2.0, 1e-8)), 0.0)
     assert count.missed == 1
 
 

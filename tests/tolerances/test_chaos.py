@@ -129,7 +129,10 @@ def test_a_functional_without_derivatives_says_how_to_go_on():
 
 
 def test_statistics_of_three_masses_are_those_of_a_hundred_thousand_runs():
-    """With 512 runs, in the intervals that 100 000 random runs leave, published for both peaks."""
+    """Mean and deviation lie in the intervals that 100 000 random runs leave.
+
+    Quantiles are met to a tenth of the deviation.
+    """
     task = tasks()["a"]
     figures = yaml.safe_load(DATA.read_text())["a"]["peak_torque"]
     nominal = dict(zip(task.names, (0.5, 1.2, 3.0, 4e4, 2.5e4), strict=True))
@@ -146,14 +149,9 @@ def test_statistics_of_three_masses_are_those_of_a_hundred_thousand_runs():
     u = scipy.special.ndtri(scipy.stats.qmc.Sobol(5, seed=0).random(2**14))
     both = np.max([found[label].at(u) for label in task.of], axis=0)
     n = 100_000
-    mean_error = figures["std"] / np.sqrt(n)
-    own = found["first"].mean_error
-    assert abs(both.mean() - figures["mean"]) < 1.96 * np.hypot(mean_error, own)
-    std_error = np.hypot(figures["std"] / np.sqrt(2 * n), found["first"].std_error)
-    assert abs(both.std() - figures["std"]) < 1.96 * std_error
+    assert abs(both.mean() - figures["mean"]) < 1.96 * figures["std"] / np.sqrt(n)
+    assert abs(both.std() - figures["std"]) < 1.96 * figures["std"] / np.sqrt(2 * n)
     for q in ("q001", "q500", "q999"):
         level = float(q[1:]) / 1000
-        own = found["first"].quantile(level)
         off = np.quantile(both, level) - figures[q]
-        print(q, off, own)
-        assert abs(off) < own.high - own.low
+        assert abs(off) < 0.1 * figures["std"]

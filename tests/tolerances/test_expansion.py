@@ -18,16 +18,6 @@ UNIFORM = family_of(np.sqrt(3) * (2 * scipy.special.ndtr(standard_normal()) - 1)
 RANDOM = np.random.default_rng(7)
 
 
-def test_a_linear_function_is_met_exactly_by_degree_one():
-    z, slope = RANDOM.normal(size=(12, 3)), np.array([1.0, -2.0, 3.0])
-    found = fit_expansion([NORMAL] * 3, z, 5 + z @ slope, np.tile(slope, (12, 1)))
-    assert (found.degree, len(found.coefficients)) == (1, 4)
-    assert (found.mean, found.variance) == pytest.approx((5, 14), rel=1e-13)
-    for shares in found.shares():
-        assert shares == pytest.approx(slope**2 / 14, rel=1e-12)
-    assert found.q2 == pytest.approx(1, abs=1e-12)
-
-
 @pytest.mark.parametrize("with_slopes", [True, False])
 def test_mean_variance_and_shares_of_a_quadratic_function_are_exact(with_slopes):
     """z0 normal, z1 uniform: y = 2 + z0 + z0**2 + 3 z0 z1 + z1**2 has mean 4."""

@@ -91,15 +91,6 @@ def test_a_speed_that_is_linear_in_normal_torques(pull):
     assert by.probability == pytest.approx(-norm.pdf(beta) * 12 / 2 / std, rel=1e-5)
 
 
-def test_both_sides_of_a_limit_make_one(pull):
-    sides = [
-        lp.reliability(pull, fun.final("a.w"), **{side: 8.5}, over=normals(), until=1.0)
-        for side in ("above", "below")
-    ]
-    assert sides[0].beta < 0 < sides[1].beta
-    assert sum(side.probability for side in sides) == pytest.approx(1, rel=1e-9)
-
-
 def test_torques_that_depend_on_each_other(pull):
     matrix = np.array([[1, 0.6, -0.2], [0.6, 1, 0.1], [-0.2, 0.1, 1]])
     found = lp.reliability(

@@ -14,6 +14,7 @@ from lumped.tolerances import scene_of
 
 SPEEDS = np.linspace(40.0, 80.0, 21)
 J, BIG, C, D, A, ORDER = 0.5, 50.0, 2.0e4, 6.0, 100.0, 3.0
+OVER = {n: lp.normal(v, 0.02 * v) for n, v in (("shaft.c", C), ("shaft.d", D), ("small.J", J))}
 
 
 @pytest.fixture(scope="module")
@@ -44,11 +45,8 @@ def torques(c, d, small):
 
 
 def test_values_and_slopes_are_those_of_dense_solutions(response):
-    names = ("shaft.c", "shaft.d", "small.J")
-    middle = np.array([C, D, J])
-    over = {n: lp.normal(v, 0.02 * v) for n, v in zip(names, middle, strict=True)}
     scene = scene_of(
-        response, over=over, of=[fun.order_peak("shaft.tau", measure=ORDER), fun.frequency(0)]
+        response, over=OVER, of=[fun.order_peak("shaft.tau", measure=ORDER), fun.frequency(0)]
     )
     points = scene.draw(4, 2)
     values, slopes = scene.slopes(points)
@@ -67,15 +65,14 @@ def test_values_and_slopes_are_those_of_dense_solutions(response):
         assert value[1] == pytest.approx(
             np.sqrt(point[0] * (1 / point[2] + 1 / BIG)) / (2 * np.pi), rel=1e-4
         )
-    found = lp.scatter(response, over=over, of=fun.order_peak("shaft.tau", measure=ORDER), runs=20)
+    found = lp.scatter(response, over=OVER, of=fun.order_peak("shaft.tau", measure=ORDER), runs=20)
     peaks = [torques(*point).max() for point in found.points]
     assert found["order_peak(shaft.tau, order 3)"].mean == pytest.approx(np.mean(peaks), rel=1e-10)
 
 
 def test_second_derivatives_are_those_of_dense_solutions(response):
     """By central differences of fourth order, all for one standard deviation."""
-    names, middle = ("shaft.c", "shaft.d", "small.J"), np.array([C, D, J])
-    over = {n: lp.normal(v, 0.02 * v) for n, v in zip(names, middle, strict=True)}
+    middle = np.array([C, D, J])
     of = fun.order_peak("shaft.tau", measure=ORDER)
     top = int(torques(*middle).argmax())
     weights = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
@@ -85,7 +82,7 @@ def test_second_derivatives_are_those_of_dense_solutions(response):
             point = middle * (1 + 0.02 * h * (a * unit[i] + b * unit[k]))
             expected[i, k] += first * second / h**2 * torques(*point)[top]
     wide = 0.02 * middle
-    received = scene_of(response, over=over, of=[of]).curvatures(middle)[0] * np.outer(wide, wide)
+    received = scene_of(response, over=OVER, of=[of]).curvatures(middle)[0] * np.outer(wide, wide)
     assert worst(received, expected) < 1e-5
-    found = lp.scatter(response, over=over, of=of, search="derivatives")[str(of)]
+    found = lp.scatter(response, over=OVER, of=of, search="derivatives")[str(of)]
     assert found.order == 2

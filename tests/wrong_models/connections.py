@@ -8,15 +8,17 @@ from lumped.components import (
     IdealGear,
     Inertia,
     Planetary,
+    QuasiStaticDCMotor,
     SpeedSensor,
     Spring,
     Torque,
     translation,
 )
 from lumped.errors import ConnectError, DeclarationError, EquationError, SingularModelError
+from tests.helpers.rows import assemble_row, assemble_rows
 
 from . import Table
-from .parts import Hoist, Line, Machine, Shaft, assemble_row, build, build_rows
+from .parts import Hoist, Line, Shaft, build
 
 ports = Table("Ports and connections")
 
@@ -96,19 +98,23 @@ def rotation_on_translation():
 @ports(ConnectError, "motor.p (electrical pin)", "rotor.flange_a (rotational flange)")
 def pin_on_a_flange():
     """An electric pin is connected to a shaft."""
-    build_rows("motor.p rotor.flange_a", motor=Machine(), rotor=Inertia(J=1.0))
+    assemble_rows(
+        "motor.p rotor.flange_a",
+        motor=QuasiStaticDCMotor(k=0.1, R=0.5, J=0.01),
+        rotor=Inertia(J=1.0),
+    )
 
 
 @ports(ConnectError, "command.y (signal)", "rotor.flange_a (rotational flange)")
 def signal_on_a_flange():
     """A signal is connected to a flange instead of to the input of a source."""
-    build_rows("command.y rotor.flange_a", command=Constant(k=1.0), rotor=Inertia(J=1.0))
+    assemble_rows("command.y rotor.flange_a", command=Constant(k=1.0), rotor=Inertia(J=1.0))
 
 
 @ports(ConnectError, "sensor.w (signal)", "load.flange_a (rotational flange)")
 def signal_of_a_sensor_on_a_shaft():
     """The output of a speed sensor is connected to the next shaft."""
-    build_rows(
+    assemble_rows(
         "motor sensor",
         "sensor.w load.flange_a",
         motor=Inertia(J=1.0),
@@ -128,7 +134,7 @@ def part_instead_of_port():
 @ports(ConnectError, "'motor.w'", "ports and signals")
 def variable_instead_of_port():
     """A variable of a body is connected to the input of a source."""
-    build_rows("motor.w drive.tau", motor=Inertia(J=1.0), drive=Torque())
+    assemble_rows("motor.w drive.tau", motor=Inertia(J=1.0), drive=Torque())
 
 
 @ports(ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")
@@ -194,7 +200,7 @@ signals = Table("Signals")
 def commanded(*rows, **parts):
     """Assemble a motor on a rotor, with parts that are joined in these rows."""
     parts = {"motor": Torque(), "rotor": Inertia(J=1.0), **parts}
-    build_rows("motor rotor", *rows, **parts)
+    assemble_rows("motor rotor", *rows, **parts)
 
 
 @signals(ConnectError, "motor.tau", "no source", "tau=")
@@ -218,7 +224,7 @@ def input_connected_and_given():
 @signals(ConnectError, "left.tau", "right.tau", "no source")
 def inputs_joined_only():
     """Two inputs are joined, and nothing feeds them."""
-    build_rows(
+    assemble_rows(
         "left rotor right",
         "left.tau right.tau",
         left=Torque(),
@@ -230,7 +236,7 @@ def inputs_joined_only():
 @signals(ConnectError, "one.y", "two.y", "2 sources")
 def two_outputs_joined():
     """Two outputs are connected to each other."""
-    build_rows("one.y two.y", one=Constant(k=1.0), two=Constant(k=2.0))
+    assemble_rows("one.y two.y", one=Constant(k=1.0), two=Constant(k=2.0))
 
 
 @signals(SingularModelError, "control (Control)", "y == 2 * time", "too many")
@@ -290,4 +296,4 @@ def signals_in_a_circle():
         def equations(self):
             yield self.y == self.u
 
-    build_rows("one.y two.u", "two.y one.u", one=Follow(), two=Follow())
+    assemble_rows("one.y two.u", "two.y one.u", one=Follow(), two=Follow())

@@ -10,6 +10,7 @@ from lumped.components import (
     LimitedPI,
     PositionSequencer,
     QuasiStaticDCMotor,
+    Resistor,
     SampledPI,
     SlipCoupling,
     SpeedProfile,
@@ -18,9 +19,10 @@ from lumped.components import (
     VoltageSource,
 )
 from lumped.errors import ConnectError, EquationError, ParameterError, SingularModelError
+from tests.helpers.rows import assemble_row, assemble_rows
 
 from . import Table
-from .parts import Resistor, assemble_row, build, build_rows
+from .parts import build
 
 drives = Table("Electric drives")
 
@@ -30,7 +32,7 @@ CAGE = {"R_s": 0.4, "R_r": 0.8, "L_m": 0.07, "L_lr": 2e-3, "J": 0.1, "V": 180.0}
 
 def fed(motor):
     """Assemble a motor on a battery."""
-    return build_rows(
+    return assemble_rows(
         "battery.p motor.p",
         "battery.n motor.n ground.pin",
         battery=VoltageSource(v=48.0),
@@ -60,7 +62,7 @@ def induction_motor_out_of_range():
 @drives(SingularModelError, "bus.v = 48", "battery.v = 24", "at bus.p = battery.p", "resistor")
 def two_sources_of_voltage_in_parallel():
     """Two ideal sources of voltage feed the same wires."""
-    build_rows(
+    assemble_rows(
         "bus.p battery.p",
         "bus.n battery.n ground.pin",
         bus=VoltageSource(v=48.0),
@@ -72,17 +74,17 @@ def two_sources_of_voltage_in_parallel():
 @drives(SingularModelError, "source.v = 48", "source.p = source.n", "Likely", "resistor")
 def source_short_circuited():
     """Both pins of an ideal source of voltage are on the ground."""
-    build_rows("source.p source.n ground.pin", source=VoltageSource(v=48.0), ground=Ground())
+    assemble_rows("source.p source.n ground.pin", source=VoltageSource(v=48.0), ground=Ground())
 
 
 @drives(SingularModelError, "left.pin.v = 0", "right.pin.v = 0", "Remove one")
 def grounded_twice():
     """Two grounds are on one wire."""
-    build_rows(
+    assemble_rows(
         "source.p load.p",
         "source.n load.n left.pin right.pin",
         source=VoltageSource(v=48.0),
-        load=Resistor(),
+        load=Resistor(R=1.0),
         left=Ground(),
         right=Ground(),
     )

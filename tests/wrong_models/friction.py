@@ -25,9 +25,10 @@ from lumped.errors import (
     SolverError,
     StartError,
 )
+from tests.helpers.rows import assemble_row, assemble_rows
 
 from . import Table
-from .parts import assemble_row, build, build_rows
+from .parts import build
 
 friction = Table("Friction")
 
@@ -214,7 +215,7 @@ def eddy_current_brake_without_temperature():
 @losses(ConnectError, "brake.heat", "shaft.flange_b", "thermal port", "rotational flange")
 def heat_led_into_a_shaft():
     """A thermal port is connected to a flange."""
-    build_rows(
+    assemble_rows(
         "shaft brake",
         "brake.heat shaft.flange_b",
         shaft=Inertia(J=0.1),
@@ -227,7 +228,7 @@ contact = Table("Contact")
 
 def resting(stop, **start):
     """Assemble a weight above a stop and start it."""
-    system = build_rows(
+    system = assemble_rows(
         "stop mass",
         "stop weight",
         stop=stop,

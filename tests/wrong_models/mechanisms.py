@@ -25,9 +25,10 @@ from lumped.components import (
 )
 from lumped.errors import EquationError, OptionError, ParameterError, SolverError
 from lumped.transmissions import from_ratio, through
+from tests.helpers.rows import assemble_row, assemble_rows
 
 from . import Table
-from .parts import assemble_row, build, build_rows
+from .parts import build
 
 mechanisms = Table("Mechanisms")
 
@@ -99,7 +100,7 @@ def belt_that_pushes():
 @mechanisms(ParameterError, "set.ratio = -2.5", "ring teeth over sun teeth", "greater than 0")
 def planetary_of_negative_ratio():
     """A planetary gear is given its ratio with held carrier, which is negative."""
-    build_rows(
+    assemble_rows(
         "motor.flange_a set.sun",
         "load.flange_a set.carrier",
         motor=Inertia(J=0.1),

@@ -8,9 +8,10 @@ import numpy as np
 import lumped as lp
 from lumped.components import Inertia
 from lumped.errors import EquationError, SingularModelError, SolverError, StartError
+from tests.helpers.rows import assemble_row
 
 from . import Table
-from .parts import assemble_row, braked, build
+from .parts import braked, build
 
 laws = Table("Equations of own components")
 

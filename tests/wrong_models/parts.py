@@ -1,72 +1,13 @@
 """Parts and models that several of the cases are built of."""
 
-from operator import attrgetter
-
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Spring, Torque
+from tests.helpers.rows import assemble_row
 
 
 def build(connections=(), **parts):
     """Assemble a model of these parts."""
     return lp.assemble(lp.compose(connections=connections, **parts))
-
-
-def build_rows(*rows, **parts):
-    """Assemble a model of these parts.
-
-    A row of names is a chain of parts; one of ports, ``motor.flange_b load.flange_a``, joins them.
-    """
-
-    def connections(m):
-        for row in rows:
-            ends = [attrgetter(name)(m) for name in row.split()]
-            yield from [lp.connect(*ends)] if "." in row else lp.chain(*ends)
-
-    return build(connections, **parts)
-
-
-def assemble_row(**parts):
-    """Assemble a model of these parts, each joined to the next one."""
-    return build_rows(" ".join(parts), **parts)
-
-
-class Resistor(lp.Component):
-    """Resistor: v_p - v_n = R i."""
-
-    p = lp.Pin()
-    n = lp.Pin()
-    R: lp.Param = lp.param("Ohm", "resistance", 1.0, above=0)
-
-    def equations(self):
-        yield self.p.v - self.n.v == self.R * self.p.i
-        yield self.p.i + self.n.i == 0
-
-
-class Battery(lp.Component):
-    """Voltage source: v_p - v_n = U."""
-
-    p = lp.Pin()
-    n = lp.Pin()
-    U: lp.Param = lp.param("V", "voltage", 24.0)
-
-    def equations(self):
-        yield self.p.v - self.n.v == self.U
-        yield self.p.i + self.n.i == 0
-
-
-class Machine(lp.Component):
-    """DC machine: torque k i, voltage k w + R i."""
-
-    p = lp.Pin()
-    n = lp.Pin()
-    flange = lp.Flange()
-    k: lp.Param = lp.param("N.m/A", "machine constant", 0.1)
-    R: lp.Param = lp.param("Ohm", "resistance of the windings", 0.5, above=0)
-
-    def equations(self):
-        yield self.p.v - self.n.v == self.R * self.p.i + self.k * lp.der(self.flange.phi)
-        yield self.p.i + self.n.i == 0
-        yield self.flange.tau == -self.k * self.p.i
 
 
 class Shaft(lp.Component):

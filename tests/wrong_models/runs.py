@@ -12,9 +12,10 @@ from lumped.errors import (
     UnitError,
     UnknownNameError,
 )
+from tests.helpers.rows import assemble_row, assemble_rows
 
 from . import Table
-from .parts import Hoist, assemble_row, braked_drive, build, build_rows
+from .parts import Hoist, braked_drive, build
 
 starts = Table("Start values")
 
@@ -57,7 +58,7 @@ def speed_against_a_speed_source():
 def twists_around_a_loop():
     """The start twists of three springs around a closed loop do not add up to zero."""
     lp.start_point(
-        build_rows(
+        assemble_rows(
             "a s_1 b s_2 c s_3 a",
             a=Inertia(J=1.0),
             b=Inertia(J=1.0),

@@ -27,9 +27,9 @@ from lumped.errors import (
     SolverError,
     UnknownNameError,
 )
+from tests.helpers.rows import assemble_row
 
 from . import Table
-from .parts import assemble_row
 
 shafts = Table("Shafts")
 

@@ -9,19 +9,23 @@ from lumped.components import (
     Inertia,
     Planetary,
     Position,
+    QuasiStaticDCMotor,
     RackAndPinion,
     RelativeAngleSensor,
+    Resistor,
     Speed,
     SpeedSensor,
     Spring,
     Torque,
     TorqueSensor,
+    VoltageSource,
     translation,
 )
 from lumped.errors import SingularModelError
+from tests.helpers.rows import assemble_row, assemble_rows
 
 from . import Table
-from .parts import Battery, Machine, Resistor, assemble_row, build, build_rows
+from .parts import build
 
 twice = Table("Motion held or prescribed twice")
 
@@ -52,7 +56,7 @@ def two_supports_inside_a_part():
 @twice(SingularModelError, "mill.w = 10", "grid.w = 12", "rotor")
 def two_speeds_on_one_shaft():
     """Two speed sources drive the two ends of one rigid rotor."""
-    build_rows(
+    assemble_rows(
         "mill rotor",
         "grid.flange rotor.flange_b",
         mill=Speed(w=10.0),
@@ -88,7 +92,7 @@ def rack_between_two_fixed_points():
 @twice(SingularModelError, "set", "hold_sun", "hold_ring", "hold_carrier")
 def planetary_held_three_times():
     """All three shafts of a planetary gear are held."""
-    build_rows(
+    assemble_rows(
         "hold_sun.flange set.sun",
         "hold_ring.flange set.ring",
         "hold_carrier.flange set.carrier",
@@ -102,7 +106,7 @@ def planetary_held_three_times():
 @twice(SingularModelError, "set", "engine", "generator", "axle")
 def planetary_driven_three_times():
     """All three shafts of a planetary gear have a speed source."""
-    build_rows(
+    assemble_rows(
         "engine.flange set.carrier",
         "generator.flange set.sun",
         "axle.flange set.ring",
@@ -119,7 +123,7 @@ loops = Table("Rigid loops")
 def in_parallel(motor, **parts):
     """Assemble a motor and a load with parts that all join the same two shafts."""
     rows = [f"motor {name} load" for name in parts]
-    build_rows(*rows, motor=motor, **parts, load=Inertia(J=1.0))
+    assemble_rows(*rows, motor=motor, **parts, load=Inertia(J=1.0))
 
 
 @loops(SingularModelError, "in gear_1", "in gear_2", "closed loop", "elastic")
@@ -148,7 +152,7 @@ def gears_of_unequal_ratio_at_a_speed():
 @loops(SingularModelError, "leave no motion of motor.phi", "runs through gear: gear.ratio = 4.")
 def gear_beside_a_rigid_shaft():
     """A gear joins two rotors that are also joined directly."""
-    build_rows(
+    assemble_rows(
         "motor gear load motor",
         motor=Inertia(J=1.0),
         gear=IdealGear(ratio=4.0),
@@ -159,7 +163,7 @@ def gear_beside_a_rigid_shaft():
 @loops(SingularModelError, "in set (Planetary)", "set.ratio = 2", "lower.ratio = 2.5")
 def planetary_set_tied_by_two_gears():
     """Two gears tie all three shafts of a planetary set to each other."""
-    build_rows(
+    assemble_rows(
         "set.sun motor.flange_b upper.flange_a",
         "set.ring upper.flange_b lower.flange_a",
         "set.carrier load.flange_a lower.flange_b",
@@ -174,7 +178,7 @@ def planetary_set_tied_by_two_gears():
 @loops(SingularModelError, "runs through pinion_1, pinion_2: pinion_1.radius = 0.1 m")
 def rack_with_two_pinions_on_a_shaft():
     """Two pinions of unequal radius on one shaft mesh with one rack."""
-    build_rows(
+    assemble_rows(
         "motor pinion_1 table",
         "motor pinion_2 table",
         motor=Inertia(J=1.0),
@@ -187,7 +191,7 @@ def rack_with_two_pinions_on_a_shaft():
 @loops(SingularModelError, "runs through rotor, sensor", "share the load")
 def torque_sensor_across_a_rotor():
     """A torque sensor is connected across a rigid rotor instead of in the power path."""
-    build_rows(
+    assemble_rows(
         "drive rotor",
         "drive sensor",
         "rotor.flange_b sensor.flange_b",
@@ -200,7 +204,7 @@ def torque_sensor_across_a_rotor():
 @loops(SingularModelError, "runs through sensor_1, sensor_2", "share the load")
 def two_torque_sensors_in_parallel():
     """Two torque sensors join the same two rotors."""
-    build_rows(
+    assemble_rows(
         "a sensor_1 b",
         "a sensor_2 b",
         a=Inertia(J=1.0),
@@ -213,7 +217,7 @@ def two_torque_sensors_in_parallel():
 @loops(SingularModelError, "body.flange_a", "body.flange_b", "share the load")
 def mass_attached_twice():
     """Both flanges of one rotor are connected to the same shaft end."""
-    build_rows(
+    assemble_rows(
         "wall shaft",
         "shaft.flange_b body.flange_a body.flange_b",
         wall=Fixed(),
@@ -234,7 +238,7 @@ def spring_between_two_torques():
 @loose(SingularModelError, "spare.flange.phi", "nothing holds spare, other")
 def sensor_alone():
     """A sensor is connected to another sensor only."""
-    build_rows(
+    assemble_rows(
         "drive body",
         "spare other",
         drive=Torque(tau=1.0),
@@ -247,7 +251,7 @@ def sensor_alone():
 @loose(SingularModelError, "one.flange_a.phi", "nothing holds one, two, three")
 def dampers_without_ground():
     """A ring of dampers has neither inertia nor ground."""
-    build_rows("one two three one", one=Damper(d=1.0), two=Damper(d=2.0), three=Damper(d=3.0))
+    assemble_rows("one two three one", one=Damper(d=1.0), two=Damper(d=2.0), three=Damper(d=3.0))
 
 
 @loose(SingularModelError, "gear.flange_b.phi", "nothing holds motor, gear, load")
@@ -281,18 +285,20 @@ def one_of_several_drives_loose():
 @loose(SingularModelError, "battery.n.v", "nothing holds battery, load", "ground")
 def circuit_without_ground():
     """No pin of an electric circuit is grounded."""
-    build_rows("battery.p load.p", "battery.n load.n", battery=Battery(), load=Resistor(R=2.0))
+    assemble_rows(
+        "battery.p load.p", "battery.n load.n", battery=VoltageSource(v=24.0), load=Resistor(R=2.0)
+    )
 
 
 @loose(SingularModelError, "battery.n.v", "nothing holds battery, motor", "ground")
 def machine_without_ground():
     """A motor on a battery: the shaft is sound, the electric side has no ground."""
-    build_rows(
+    assemble_rows(
         "battery.p motor.p",
         "battery.n motor.n",
         "motor rotor",
-        battery=Battery(),
-        motor=Machine(),
+        battery=VoltageSource(v=24.0),
+        motor=QuasiStaticDCMotor(k=0.1, R=0.5, J=0.01),
         rotor=Inertia(J=1.0),
     )
 
@@ -306,7 +312,7 @@ def relative_sensor_in_the_power_path():
 @loose(SingularModelError, "nothing holds left, right", "prescribed motions meet at grid")
 def two_mistakes_at_once():
     """Two torques meet without an inertia, and elsewhere two speed sources meet."""
-    build_rows(
+    assemble_rows(
         "left right",
         "grid rotor mill",
         left=Torque(tau=1.0),

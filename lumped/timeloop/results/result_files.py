@@ -14,7 +14,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.flattening.tree import key_of
 from lumped.plots.draw import Canvas, draw
-from lumped.plots.over_time import over_time
+from lumped.plots.over_time import draw_over_time
 from lumped.plots.picture import Picture
 from lumped.support.arguments import checked
 from lumped.support.arrays import Real
@@ -243,7 +243,8 @@ def draw_curves(
         to_show = display(name, unit, units)
         shown[name] = to_show.unit, text, to_show.value(values)
     happened = [(time.value(event.time), *_describe_event(event)) for event in events]
-    return over_time(title, (time.value(t), time.unit), shown, happened, all_of_them=all_of_them)
+    axis = time.value(t), time.unit
+    return draw_over_time(title, axis, shown, happened, all_of_them=all_of_them)
 
 
 def _describe_event(event: Event) -> tuple[str, str]:

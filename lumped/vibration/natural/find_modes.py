@@ -17,7 +17,7 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.modes import Modes
 
 _SMALL = 200
-"""States up to which all modes are computed although only some are asked for."""
+"""States of one connected part up to which all its modes are computed, though some are wanted."""
 
 
 @checked
@@ -44,9 +44,10 @@ def modes(
     parameters : mapping of name to float, optional
         Parameters to change, if `at` is not given.
     near : float, optional
-        Frequency, Hz, for large drives: only the `count` oscillating modes nearest to it are
-        computed, by sparse iteration. With 0 rigid-body modes are found too; decays are those
-        found on the way. Of modes that repeat within one connected drive some may be missed.
+        Frequency, Hz, for large drives: only the `count` oscillating modes whose eigenvalues are
+        nearest to ``2j pi near``; damping moves them away. Connected parts of more than 200 states
+        are solved by sparse iteration: rigid-body modes only with 0, decays as they are met, and
+        modes that repeat may be missed.
     count : int, optional
         How many modes, with `near`.
 

@@ -90,10 +90,11 @@ def shift_matrix(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_ar
 @made_once
 def needing_rates(system: System) -> frozenset[int]:
     """Places of the parameters that stand in equations of which the time derivative is used."""
-    incidence, times = system.structure.reduced.incidence, system.structure.reduced.times
+    reduced = system.structure.reduced
+    incidence, differentiations = reduced.incidence, reduced.differentiations
     touched: set[int] = set()
     for group, e, instances, first in incidence.blocks:
-        rows = instances[times[first : first + len(instances)] > 0]
+        rows = instances[differentiations[first : first + len(instances)] > 0]
         symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameters.values())
         if len(rows) and symbols.numel():
             present = ca.which_depends(group.template.residual(e).expression, symbols)

@@ -114,14 +114,6 @@ def test_a_table_without_points_is_refused():
         lp.assemble(Push(signal=Table()))
 
 
-def test_two_tables_in_a_model_keep_their_own_points():
-    tables = [Table(times=(0.0, 1.0), values=values) for values in ((0.0, 2.0), (3.0, 0.0))]
-    point = lp.start_point(lp.assemble(lp.compose(tables=tables)))
-    received = [point["tables[0].y"], point["tables[1].y"]]
-    expected = [0.0, 3.0]
-    assert received == expected
-
-
 def test_an_expression_of_the_time_becomes_a_signal():
     found = run(Expression(value=3 * lp.ops.exp(-lp.time)))
     expected = 0.75 * (1 - np.exp(-GRID))

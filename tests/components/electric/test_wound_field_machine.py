@@ -125,13 +125,6 @@ def test_without_resistance_a_line_to_line_fault_follows_the_closed_form(th0):
     assert error < 1e-6
 
 
-def test_without_saliency_the_worst_line_to_line_fault_is_a_third_higher():
-    """``3 sqrt(3) / 4`` times the peak of the three-phase fault."""
-    x = np.linspace(0.0, 2 * np.pi, 4001)[1:]
-    received = np.abs(torque(Isolated(), -np.pi / 2, x, free=["gen.v_f"])).max()
-    assert received == pytest.approx(0.75 * np.sqrt(3) / 0.2, rel=1e-6)
-
-
 def test_the_wires_are_alike():
     courses = []
     for phases, turn in (("bc", 0.0), ("ca", 2 * np.pi / 3), ("ab", -2 * np.pi / 3)):

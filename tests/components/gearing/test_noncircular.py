@@ -22,21 +22,7 @@ def turned(gear: lp.Component, turns: float = 1.0, **options: object) -> lp.Traj
     return lp.simulate(system, until=2 * np.pi * turns, rtol=1e-10, **options)
 
 
-def focal_angle(x: np.ndarray, e: float) -> np.ndarray:
-    """Angle of the driven ellipse by half angles, each turn by itself."""
-    whole = np.round(x / (2 * np.pi))
-    half = (x - 2 * np.pi * whole) / 2
-    return 2 * np.arctan((1 + e) / (1 - e) * np.tan(half)) + 2 * np.pi * whole
-
-
 class TestEllipticalGear:
-    @pytest.mark.parametrize("e", [0.0, 0.3, 0.6, 0.99])
-    def test_angle_follows_the_half_angle_formula_over_several_turns(self, e):
-        run = turned(EllipticalGear(e=e), turns=3.3, grid=1001)
-        received = -run["body.phi"]
-        expected = focal_angle(run.t, e)
-        assert np.abs(received - expected).max() < 1e-8 / (1 - e)
-
     def test_angle_is_exact_for_a_slender_ellipse(self):
         """Half angles in long double, at angles of the driver as doubles."""
         e, x = 0.99, np.linspace(-20, 20, 81)

@@ -6,7 +6,7 @@ from rows import in_a_row
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.components import Fixed, Inertia, LossyGear, Position, Speed, Spring, Torque
+from lumped.components import BearingFriction, Inertia, LossyGear, Position, Speed, Torque
 
 
 class Chooser(lp.Component):
@@ -36,31 +36,13 @@ def sine(amplitude, frequency):
     return amplitude * lp.ops.sin(2 * lp.ops.pi * frequency * lp.time)
 
 
-class Bearing(lp.Component):
-    """Bearing of constant friction on a shaft."""
-
-    flange_a = lp.Flange()
-    flange_b = lp.Flange(free=True)
-    phi: lp.Var = lp.var("rad", "angle", state="avoid")
-    w: lp.Var = lp.var("rad/s", "speed", state="prefer")
-    tau: lp.Var = lp.var("N.m", "friction torque")
-
-    def equations(self):
-        yield self.flange_a.phi == self.phi
-        yield self.flange_b.phi == self.phi
-        yield self.w == lp.der(self.phi)
-        yield self.flange_a.tau + self.flange_b.tau == self.tau
-        given = {"forward": FRICTION, "backward": -FRICTION, "upper": FRICTION, "lower": -FRICTION}
-        yield lp.hold(self.tau, self.w, **given)
-
-
 class GearAndBearing(lp.Component):
     """A lossy gear and a bearing friction hold one rigid shaft together."""
 
     drive: Torque = Torque(tau=sine(*DRIVE))
     motor: Inertia = Inertia(J=0.05)
     gear: LossyGear = LossyGear(ratio=RATIO, losses=[(0.0, *ETA, *BEARING)])
-    bearing: Bearing = Bearing()
+    bearing: BearingFriction = BearingFriction(characteristic=((0.0, FRICTION),))
     mass: Inertia = Inertia(J=2.0)
     load: Torque = Torque(tau=sine(*LOAD))
 
@@ -90,32 +72,6 @@ def test_two_frictions_on_a_rigid_shaft_break_away_where_their_sum_is_reached():
 # -- systems without states --------------------------------------------------------------------
 
 
-class Rectified(lp.Component):
-    """Twist of a spring that is turned by hand, made positive."""
-
-    hand: Position = Position(phi=lp.ops.sin(lp.time))
-    spring: Spring = Spring(c=1.0)
-    wall: Fixed = Fixed()
-    size: lp.Var = lp.var("N.m", "magnitude of the torque")
-
-    def equations(self):
-        tau = self.spring.tau
-        yield self.size == lp.ops.where(tau >= 0, tau, -tau)
-
-    def connections(self):
-        yield from lp.chain(self.wall, self.spring, self.hand)
-
-
-@pytest.mark.parametrize("grid", [7, 500, None])
-def test_conditions_are_followed_where_nothing_but_the_time_changes(grid):
-    system = lp.assemble(Rectified())
-    assert not system.state_names
-    run = lp.simulate(system, until=10.0, grid=grid)
-    received = [event.time for event in run.events]
-    assert received == pytest.approx(np.pi * np.arange(1, 4), rel=1e-9)
-    assert run["size"] == pytest.approx(np.abs(np.sin(run.t)), abs=1e-9)
-
-
 @pytest.mark.parametrize(
     "source",
     [
@@ -126,7 +82,7 @@ def test_conditions_are_followed_where_nothing_but_the_time_changes(grid):
     ids=["position", "speed", "speed from rest"],
 )
 def test_friction_reverses_with_a_prescribed_motion(source):
-    model = in_a_row(source=source, bearing=Bearing())
+    model = in_a_row(source=source, bearing=BearingFriction(characteristic=((0.0, FRICTION),)))
     run = lp.simulate(lp.assemble(model), until=10.0, grid=1000)
     w = run["bearing.w"]
     moving = np.abs(w) > 1e-3

@@ -20,6 +20,7 @@ from lumped.components import (
 from lumped.components.shafts.element import ShaftElement
 from lumped.errors import OptionError, UnknownNameError
 from lumped.models.diesel_genset.drive import SHAFTS
+from tests.vibration.speeds.test_mean_modes import ANGLES, PRESSURE, SIZE, chain, lever, two_masses
 
 GIVEN = {
     "propeller": (1.0, 2.454e6),
@@ -260,23 +261,13 @@ def test_a_shaft_with_inertia_counts_with_its_ends():
 
 @pytest.mark.parametrize("masses", ["exact", "excitation", "series"])
 def test_cylinders_count_with_the_mean_of_their_inertia(masses):
-    r, length, m = 0.05, 0.18, 4.0
-    series = ((1, 1.0), (2, r / length)) if masses == "series" else ()
-    pressure = ((0.0, 0.0), (3.0, 1e5), (5.5, 1e6), (6.4, 8e6), (7.5, 2e6), (9.5, 1e5))
-    cylinder = Cylinder(
-        pressure=pressure, masses=masses, series=series, bore=0.1, r=r, L=length, m=m, phase=0.3
-    )
-    shaft, wheel = Spring(c=2e5), Inertia(J=0.3)
-    system = assemble_row(cylinder=cylinder, crank=Inertia(J=0.05), shaft=shaft, wheel=wheel)
-    modes = lp.vibration.mean_modes(system, shaft="wheel.phi", speed=150.0, turns=2)
+    series = ((1, 1.0), (2, SIZE["r"] / SIZE["L"])) if masses == "series" else ()
+    cylinder = Cylinder(**SIZE, pressure=PRESSURE, masses=masses, series=series, phase=0.3)
+    modes = lp.vibration.mean_modes(chain(cylinder), shaft="wheel.phi", speed=150.0, turns=2)
     found = lp.vibration.mass_elastic(modes, shaft="wheel.phi")
-    a = 2 * np.pi * np.arange(4096) / 4096
-    tilt = np.arcsin(r / length * np.sin(a))
-    mean = m * np.mean((r * np.sin(a + tilt) / np.cos(tilt)) ** 2)
-    own = {part.name: part.J for part in found.inertias}
     if masses == "series":
-        assert found.left_out == ("cylinder",)
+        assert found.left_out == ("part",)
         return
-    assert own["cylinder"] == pytest.approx(mean, rel=1e-9)
-    w = np.sqrt(2e5 * (1 / (0.05 + mean) + 1 / 0.3))
-    assert found.hertz == pytest.approx([w / (2 * np.pi)], rel=1e-9)
+    mean = SIZE["m"] * np.mean(lever(ANGLES) ** 2)
+    assert {part.name: part.J for part in found.inertias}["part"] == pytest.approx(mean, rel=1e-9)
+    assert found.hertz == pytest.approx([two_masses(0.05 + mean)[0] / (2 * np.pi)], rel=1e-9)

@@ -8,6 +8,7 @@ import scipy
 from checks import refused
 from differences import slope
 from drive_chains import Geared, damped_pair, star
+from progressive_drive import CUBIC, Progressive, cubic_stiffness
 from rows import assemble_row
 
 import lumped as lp
@@ -76,41 +77,30 @@ def test_a_damped_geared_drive_agrees_with_differences_of_matrices():
     assert worst < 1e-7
 
 
-class Hardening(lp.Component):
-    """Shaft that stiffens: tau = k twist^3."""
-
-    flange_a, flange_b = lp.Flange(), lp.Flange()
-    k: lp.Param = lp.param("N.m/rad3", "stiffness", 5e4, above=0)
-    twist: lp.Var = lp.var("rad", "twist", start=0.1)
-
-    def equations(self):
-        yield self.twist == self.flange_b.phi - self.flange_a.phi
-        yield self.flange_b.tau == self.k * self.twist**3
-        yield self.flange_a.tau == -self.flange_b.tau
-
-
 def test_shapes_follow_an_equilibrium_that_moves():
-    """Wall, hardening shaft, body, spring, body: c_1 = 3 k^(1/3) load^(2/3) at the equilibrium."""
+    """Wall, progressive coupling, body, spring, body; stiffness at the twist of the load."""
     system = assemble_row(
         wall=Fixed(),
-        soft=Hardening(),
+        coupling=Progressive(),
         a=Inertia(J=2.0),
-        shaft=Spring(c=700.0),
+        shaft=Spring(c=3e4),
         b=Inertia(J=1.0),
-        load=Torque(tau=40.0),
+        load=Torque(tau=900.0),
     )
     modes = lp.modes(system, at=lp.equilibrium(system))
-    found = lp.vibration.shape_sensitivity(modes, of=["a.phi", "b.phi"], by=["load.tau", "soft.k"])
+    found = lp.vibration.shape_sensitivity(
+        modes, of=["a.phi", "b.phi"], by=["load.tau", "coupling.cubic"]
+    )
     assert found.moving
 
-    def ratio(k, load):
+    def ratio(cubic, load):
         """Angle b over a in both modes."""
-        c = 3 * np.cbrt(k) * np.cbrt(load) ** 2
-        K, M = np.array([[c + 700.0, -700.0], [-700.0, 700.0]]), np.diag([2.0, 1.0])
+        c = cubic_stiffness(load, cubic=cubic)
+        K, M = np.array([[c + 3e4, -3e4], [-3e4, 3e4]]), np.diag([2.0, 1.0])
         vectors = scipy.linalg.eigh(K, M)[1]
         return vectors[1] / vectors[0]
 
-    point = {"soft.k": 5e4, "load.tau": 40.0}
+    point = {"coupling.cubic": CUBIC, "load.tau": 900.0}
     for name in point:
         total = slope(
             lambda x, name=name: ratio(*(point | {name: x}).values()),

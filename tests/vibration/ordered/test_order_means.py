@@ -133,29 +133,6 @@ def test_derivatives_by_all_parameters_equal_differences(free, measure, changed_
         assert slopes[name] == pytest.approx(wanted, rel=1e-7, abs=least), name
 
 
-def test_orders_follow_the_motion_that_repeats_where_the_drive_is_nearly_linear():
-    # the loss of a material acts at one frequency in a run, so look at one order
-    system = ship(cubic=0.0, harmonics=((2, 3.4, 0.0),))
-    small = {"drive.m": 0.002, "rubber.eta": 0.5, "rubber.c": 1e4, "water.d": 3.0}
-    options = {**OPTIONS, "turns": 1, "orders": [2]}
-    alone = lp.vibration.order_response(system, free="load.tau", parameters=small, **options)
-    k, w = 4, SPEEDS[4]
-    load = float(alone.rotation.theta[k, system.places(["load.tau"])[0]])
-    orbit = lp.periodic(
-        system,
-        turn={"crank.phi": 2 * np.pi},
-        free=["load.tau"],
-        period=2 * np.pi / w,
-        parameters={**small, "load.tau": load, "rubber.w_loss": 2 * w},
-        start={"crank.w": w, "propeller.w": w / 3, "coupling.phi_rel": -500.0 / 3e4},
-        warm_up=100 * 2 * np.pi / w,
-    )
-    angle = w * orbit.run.t
-    twist = orbit["coupling.tau"] * np.exp(-2j * angle)
-    found = abs(np.trapezoid(twist, angle) / np.pi)
-    assert alone.magnitude("coupling.tau", 2)[k] == pytest.approx(found, rel=1e-3)
-
-
 def test_mean_torques_balance_beside_angles_on_which_nothing_depends():
     rotor, oil = Inertia(J=2.0), Damper(d=0.1)
     model = in_a_row(drive=Torque(tau=1.0), rotor=rotor, oil=oil, ground=Fixed())

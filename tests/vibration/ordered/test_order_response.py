@@ -186,18 +186,6 @@ def test_a_loss_factor_is_a_complex_stiffness_at_every_frequency():
     assert np.abs(found / orders["shaft.phi_rel"][:, 1] - 1).max() < 1e-12
 
 
-def test_synthesis_finds_extremes_between_points():
-    amplitudes = np.array([[1.0 + 0.5j, -0.3j, 0.7 - 0.2j]])
-    both = lp.vibration.Synthesis(
-        "tau", "N.m", np.array([1.0]), np.array([0.5, 2.0, 3.0]), amplitudes
-    )
-    assert (both.turns, both.has_cycle) == (2, True)
-    values = both.at(np.linspace(0, 4 * np.pi, 2_000_001))[0]
-    assert both.maximum[0] == pytest.approx(np.abs(values).max(), rel=1e-10)
-    assert both.half_range[0] == pytest.approx(np.ptp(values) / 2, rel=1e-10)
-    assert both.sum[0] == pytest.approx(np.abs(amplitudes).sum())
-
-
 def test_orders_without_a_common_cycle_have_a_sum_only():
     both = lp.vibration.Synthesis(
         "tau", "N.m", np.array([1.0]), np.array([1.0, np.sqrt(2)]), np.array([[1.0, 2.0j]])

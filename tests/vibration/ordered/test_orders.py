@@ -5,7 +5,7 @@ import pytest
 from rows import assemble_row, in_a_row
 
 import lumped as lp
-from lumped.components import CrankSlider, IdealGear, Inertia, Speed, Spring
+from lumped.components import CrankSlider, HarmonicTorque, IdealGear, Inertia, Speed, Spring
 from lumped.errors import OptionError
 
 
@@ -40,31 +40,25 @@ def test_orders_of_a_slider_crank_are_those_of_its_exact_torque(speed):
         assert abs(np.exp(1j * turn) - 1) < 1e-4
 
 
-class HalfOrders(lp.Component):
-    """Torque ``5 sin(phi / 2) + 3 sin(3 phi / 2)`` against the shaft, as of an engine."""
-
-    flange = lp.Flange()
-
-    def equations(self):
-        phi = self.flange.phi
-        yield self.flange.tau == 5.0 * lp.ops.sin(0.5 * phi) + 3.0 * lp.ops.sin(1.5 * phi)
+HALVES = HarmonicTorque(harmonics=((0.5, 5.0, 0.0), (1.5, 3.0, 0.0)))
+"""Torque ``5 sin(phi / 2) + 3 sin(3 phi / 2)``, as of an engine."""
 
 
 @pytest.mark.parametrize("w", [50.0, -50.0])
 @pytest.mark.parametrize("turns", [2, 4])
 def test_half_orders_count_over_two_turns(w, turns):
     """Their sines are cosines a quarter of a period later; backwards they are negative."""
-    system = assemble_row(a=Inertia(J=5.0, w=w), h=HalfOrders(), keep=["a.phi", "h.flange.tau"])
+    system = assemble_row(a=Inertia(J=5.0, w=w), h=HALVES, keep=["a.phi", "h.tau"])
     for until in (0.6, 5.0):
         run = lp.simulate(system, until=until, grid=int(6000 * until), rtol=1e-9)
-        found = lp.vibration.orders(run, "h.flange.tau", shaft="a.phi", turns=turns)
+        found = lp.vibration.orders(run, "h.tau", shaft="a.phi", turns=turns)
         assert [order.order for order in found] == [0.5, 1.5]
         sizes = [order.amplitude for order in found]
         assert sizes == pytest.approx([5.0, 3.0], rel=1e-3)
         phases = [order.phase for order in found]
         assert phases == pytest.approx([-np.pi / 2 * np.sign(w)] * 2, abs=2e-3)
         with pytest.raises(OptionError, match=r"tau does not repeat after 1 turn .*turns=2"):
-            lp.vibration.orders(run, "h.flange.tau", shaft="a.phi")
+            lp.vibration.orders(run, "h.tau", shaft="a.phi")
 
 
 def test_bad_input_is_refused():

@@ -68,13 +68,6 @@ def test_all_crossings_are_where_frequencies_change_sides(lines):
         assert expected
 
 
-def test_every_crossing_has_the_natural_frequency():
-    for crossing in line_crossings(sine_triangle_lines(450.0), natural(), speeds=SPEEDS, pairs=2):
-        both = dict(zip("+-", crossing.line.frequencies(crossing.f)[:, 0], strict=True))
-        assert both[crossing.sign] == pytest.approx(crossing.hertz, rel=1e-12)
-        assert crossing.speed == pytest.approx(np.pi * crossing.f)
-
-
 def test_lines_of_the_modulation_are_odd_threes_and_even_sixes():
     received = {m: [x.n for x in sine_triangle_lines(450.0) if x.m == m] for m in range(3)}
     assert received == {0: [6, 12, 18], 1: [3, 9, 15], 2: [0, 6, 12, 18]}
