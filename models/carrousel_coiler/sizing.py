@@ -17,6 +17,11 @@ AMPLIFICATION = Given(
     1.25, "1", "I", "motor power over that of the tension, a, from the printed 2347 kW"
 )
 SPEED_2 = Given(1300 / 60, "m/s", "P", "greatest line speed of example 3.2: 1300 m/min")
+DYNAMIC = (
+    Given(1.1, "1", "P", "least factor for the dynamic power"),
+    Given(1.2, "1", "P", "greatest factor for the dynamic power"),
+)
+TWO_GEARS = Given(10.0, "1", "P", "range of mandrel speeds above which gears are to be changed")
 SPEED_MIN = Given(400 / 60, "m/s", "P", "least line speed of example 3.2: 400 m/min")
 
 
@@ -65,6 +70,19 @@ def speed_range(
     standstill, never changed while it is wound.
     """
     return coiler.RADIUS / coiler.MANDREL * v_max / v_min * coiler.I_HIGH / i
+
+
+def needs_two_gears(v_max: float = SPEED_2, v_min: float = SPEED_MIN) -> bool:
+    """Whether the speeds of the mandrel range over more than ten, so that one gear does not do.
+
+    The gear is then chosen for a strip, `gear_for`, while the drive stands still.
+    """
+    return speed_range(coiler.I_HIGH, v_max, v_min) > TWO_GEARS
+
+
+def torque_check(motor: Motor, ratio: float = coiler.I_HIGH) -> float:
+    """Rated torque at the mandrel over that of the tension at the full coil, section 3.1.4 [R]."""
+    return motor.torque * ratio * coiler.ETA / (coiler.TENSION * coiler.RADIUS)
 
 
 def choose_motor(v: float = coiler.SPEED, a: float = AMPLIFICATION) -> Motor:
