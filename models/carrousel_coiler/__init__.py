@@ -144,9 +144,9 @@ def _elastic() -> Iterator[Row]:
 
 def _extremes() -> Iterator[Row]:
     for name, radius, percent in (("empty", drive.MANDREL, "0.59"), ("full", drive.RADIUS, "0.35")):
-        part = 100 * sizing.losses_over_tension(radius)
+        part = 100 * sizing.share_of_losses(radius)
         note = f"{percent} from sigma_s b h^2 / 4 and mu Q d / 2, 1 mm [A]; it fits thicker strip"
-        label = f"bending and friction over tension, {name} coil"
+        label = f"bending and friction in the total power, {name} coil"
         yield Row(label, "%", None, part, "[P] text to (3.3)", note, bounds=(5.0, 10.0))
     for h, value in ((drive.THICKNESS, 93.75), (5e-3, 2344)):
         model = drive.UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})

@@ -25,6 +25,13 @@ def _rules() -> Iterator[Row]:
     note = "1.0073: 1892.0 over 1878.3 kW; 1 m/s2 [A] and no jump of the tension"
     row = Row("dynamic factor of the motor power", "1", None, power, "[P] section 3.1.1", note)
     yield row._replace(bounds=(float(sizing.DYNAMIC[0]), float(sizing.DYNAMIC[1])))
+    power, speed = run["drive.rotor.flange_a.tau"] * run["drive.rotor.w"], run["drive.coil.w"]
+    last = int(power.argmax())
+    tension, bending = run["drive.coil.T"] * run["drive.coil.R"], run["drive.coil.M_b"]
+    static = (tension + bending + np.abs(run["drive.bearing.tau"])) * speed / drive.ETA
+    found = power[last] / static[last]
+    note = "1.083: K = 1.08 of (3.4) is too large for strip of 1 mm"
+    yield Row("greatest motor power over that of (3.3) there", "1", None, found, ASSUMED, note)
     found = sizing.speed_range()
     note = "10.6557: above 10 it asks for two gears, chosen for a strip at standstill"
     row = Row("range of mandrel speeds", "1", None, found, "[P] section 3.1.4", note)

@@ -42,6 +42,16 @@ def end_of_steady():
     return (T * radius + 93.75 + friction + J * dw) / (eta * ratio)
 
 
+def dynamic_factor():
+    """Power at the end of the acceleration over the static power (3.3) there."""
+    radius = np.sqrt(r**2 + h * v**2 / (2 * up) / np.pi)
+    mass = np.pi * rho * b * (radius**2 - r**2)
+    J = 500 + mass * (radius**2 + r**2) / 2
+    static = T * radius + 93.75 + 0.003 * 0.2 * np.hypot(T, g * (2500 + mass))
+    dw = up / radius - h * v**2 / (2 * np.pi * radius**3)
+    return (static + (J + eta * 600 * ratio**2) * dw) / static
+
+
 def stage():
     """Helix, pressure angle, radii, width and both contact ratios of 30/41 teeth, module 16."""
     centre = 0.58
@@ -82,6 +92,7 @@ def numbers():
     rho_ = np.arctan(0.1)
     turret = turret_torque() / 1e3
     return {
+        "greatest motor power over that of (3.3) there": (dynamic_factor(), 1e-6),
         "ratio of the reducer, high gear": (1.354, 1e-9),
         "helix angle of the reducer": (beta / DEG, 1e-9),
         "helix angle of the gear seat": (np.arccos(0.016 * 152 / 2.5) / DEG, 1e-9),
