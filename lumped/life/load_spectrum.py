@@ -140,7 +140,7 @@ class LoadSpectrum(RichHtml):
         told = choose_units(units)
         load, speed = display("load", self.unit, told), display("speed", "rad/s", told)
         rows = [
-            (f"{number(load.value(y), 4)} {load.unit}", a, f"{number(speed.value(w), 4)}")
+            (f"{number(load.value(y), 5)} {load.unit}", a, f"{number(speed.value(w), 4)}")
             for y, a, w in zip(self.loads, self.shares, self.speeds, strict=True)
         ]
         return draw(spectrum_picture(rows, speed.unit), **canvas)
