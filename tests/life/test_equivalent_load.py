@@ -92,6 +92,9 @@ class TestRun:
         assert found.values[0] == pytest.approx(load(0.5), rel=1e-8)
         slope = (load(0.5 + 1e-4) - load(0.5 - 1e-4)) / 2e-4
         assert found.derivatives[0, 0] == pytest.approx(slope, rel=1e-6)
+        over = [0.3, 0.5, 0.8]
+        many = lp.ensemble(system, over={"drag.d": over}, until=3.0, of=[wanted], rtol=1e-10)
+        assert many.values[:, 0] == pytest.approx([load(k) for k in over], rel=1e-8)
 
 
 class TestSteps:
