@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from typing import Any, Self
 
 from lumped.errors import UnknownNameError
@@ -65,6 +67,18 @@ class Formula(str):
                 "rig.shaft.tau * rig.shaft.w."
             )
         return cls(content_of_expression(root, path_of))
+
+    @classmethod
+    def made(cls, make: Callable[..., Expr], *names: str) -> Self:
+        """The formula that a function makes of quantities, which names or formulas give."""
+
+        def named(name: str) -> Expr:
+            return Ref(None, name, _UNKNOWN)
+
+        parts = (
+            name.expression(named) if isinstance(name, Formula) else named(name) for name in names
+        )
+        return cls(content_of_expression(make(*parts), lambda _: None))
 
     def expression(self, leaf: Callable[[str], Expr]) -> Expr:
         """The expression, with what a function gives for each name."""
@@ -174,10 +188,19 @@ def unit_of_node(node: Expr, parts: list[str]) -> str:
         if node.op == "sqrt" and parts[0] == f"{half} {half}":
             return half
         power = text(node.args[1]) if node.op == "**" else "0.5"
-        return f"({parts[0]})^{power}" if parts[0] else ""
+        return _power(parts[0], power) if parts[0] else ""
     elif isinstance(node, Call) and node.op not in _SAME:
         return ""
     return next((part for part in parts if part), "")
+
+
+def _power(unit: str, power: str) -> str:
+    """Unit of a power; a root undoes the power that it is of, to the digits of the text."""
+    inner = re.fullmatch(r"\((.*)\)\^([\d.]+)", unit)
+    with suppress(ValueError):
+        if inner and abs(float(inner[2]) * float(power) - 1) < 1e-5:
+            return inner[1]
+    return f"({unit})^{power}"
 
 
 def _over(unit: str, by: str) -> str:

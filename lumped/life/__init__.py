@@ -1,4 +1,4 @@
-"""Life under varying loads: cycles, S-N curves, duty cycles, damage."""
+"""Life under varying loads: cycles, damage, bearings, gears, couplings."""
 
 from lumped.support.lazy_names import lazy_names
 

@@ -332,6 +332,22 @@ def duty_picture(
     return Picture(title, (damage, spectrum))
 
 
+def spectrum_picture(rows: Sequence[tuple[str, float, str]], unit: str) -> Picture:
+    """Shares of the time of each level of a load, with its speed.
+
+    Parameters
+    ----------
+    rows : sequence of (str, float, str)
+        Load with its unit, share and speed.
+    unit : str
+        Of the speed.
+    """
+    bars = [_Named(load, 100 * share, f"{speed} {unit}") for load, share, speed in rows]
+    high = 1.3 * max(row.size for row in bars)
+    axis = Axis("share of the time, %", low=0.0, high=high)
+    return Picture("load spectrum", (_named_bars(bars, axis, each=_BAR),))
+
+
 def _count_exceedances(ranges: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Steps of the number of cycles that have at least a range, over which it is drawn."""
     order = np.argsort(-ranges, kind="stable")

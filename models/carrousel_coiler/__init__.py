@@ -1,8 +1,9 @@
 """Winding drive of a carrousel coiler: published numbers beside computed ones.
 
 The drive and its source are described in `lumped.models.carrousel_coiler.drive`, its sizing in
-`sizing` beside it, the elastic strip in `scenes`, the turret in `turret`. Marks: [P] printed, [R]
-restored by derivation, [I] inferred, [A] assumed as the source does not give it.
+`sizing` beside it, the elastic strip in `scenes`, the turret in `turret` and `changeover`, gears,
+coupling and bearings in `gearing`. Marks: [P] printed, [R] restored by derivation, [I] inferred,
+[A] assumed as the source does not give it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import lumped as lp
 from lumped.models import Machine, Row
 from lumped.models.about import Measure, Motor, find_shared, read_about
 from lumped.models.carrousel_coiler import drive, scenes, sizing
+from lumped.models.carrousel_coiler.parts_rows import list_parts
 from lumped.models.carrousel_coiler.turret import half_turn
 
 EXAMPLE_1, EXAMPLE_2, DRAWING = "[P] example 3.1", "[P] example 3.2", "[P] drawing"
@@ -28,7 +30,8 @@ LIMITS = sizing.limit_rows(MOTOR)
 
 def rows() -> list[Row]:
     """Published and computed numbers."""
-    return [*_motors(), *_gears(), *_run(), *_deviations(), *_elastic(), *_extremes()]
+    own = [*_motors(), *_gears(), *_run(), *_deviations(), *_elastic(), *_extremes()]
+    return [*own, *list_parts()]
 
 
 def _motors() -> Iterator[Row]:
@@ -141,9 +144,9 @@ def _elastic() -> Iterator[Row]:
 
 def _extremes() -> Iterator[Row]:
     for name, radius, percent in (("empty", drive.MANDREL, "0.59"), ("full", drive.RADIUS, "0.35")):
-        part = 100 * sizing.losses_over_tension(radius)
+        part = 100 * sizing.share_of_losses(radius)
         note = f"{percent} from sigma_s b h^2 / 4 and mu Q d / 2, 1 mm [A]; it fits thicker strip"
-        label = f"bending and friction over tension, {name} coil"
+        label = f"bending and friction in the total power, {name} coil"
         yield Row(label, "%", None, part, "[P] text to (3.3)", note, bounds=(5.0, 10.0))
     for h, value in ((drive.THICKNESS, 93.75), (5e-3, 2344)):
         model = drive.UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})

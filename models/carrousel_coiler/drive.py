@@ -2,11 +2,11 @@
 
 Source: Zhang Fei, Structural and kinetic characteristic analysis of carrousel coiler (in Chinese),
 graduation thesis, supervisor Wang Yongqin, College of Mechanical Engineering, Chongqing University,
-June 2011, 54 pages; of its equations (3.1) to (3.54) the model follows (3.1) to (3.14). Nearly all
-formulas are damaged in the copy used, so that places are given by the numbers of equations and
-examples. Marks: [P] printed, [R] restored by derivation and in agreement with the print, [I]
-inferred, [A] assumed because the source does not give it. All moments of inertia and the data
-of the strip are [A].
+June 2011, 54 pages; equations (3.1) to (3.13) here and in `sizing`, (3.14) to (3.54) in `gearing`.
+Nearly all formulas are damaged in the copy used, so that places are given by the numbers of
+equations and examples. Marks: [P] printed, [R] restored by derivation and in agreement with the
+print, [I] inferred, [A] assumed because the source does not give it. All moments of inertia and the
+data of the strip are [A].
 
     motor - two-speed gear - mesh loss - mandrel and bearings - coil - strip
 

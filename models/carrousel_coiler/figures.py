@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lumped.models.carrousel_coiler import drive, scenes, sizing
+from lumped.models.carrousel_coiler.changeover import changeover, plan
 from lumped.models.carrousel_coiler.shafts import jam
 from lumped.models.carrousel_coiler.turret import half_turn
 from lumped.models.panels import panels
@@ -108,6 +109,24 @@ def draw_turret() -> Figure:
     lengths.plot(run.t, run["coil.R"], label="radius of the coil")
     lengths.plot(run.t, run["path.length"], label="strip from the roll to the coil")
     lengths.set(xlim=(0, run.t[-1]), ylim=(0, None))
+    return _finish(figure)
+
+
+def draw_changeover() -> Figure:
+    stages, _ = plan()
+    run = changeover(grid=3000, rtol=1e-8)
+    title = "Mandrel 1 winds through half a turn of the turret, its strip is cut, mandrel 2 goes on"
+    labels = ("speed of the strip, m/s", "torque of the motor, kN m", "torque of the turret, kN m")
+    figure, (speeds, torques, turret) = panels(3, size=(9, 8), title=title, x="time, s", y=labels)
+    speeds.plot(run.t, run["coil.w"] * run["coil.R"], label="mandrel 1")
+    speeds.plot(run.t, run["mandrel_2.w"] * drive.MANDREL, label="mandrel 2")
+    torques.plot(run.t, np.abs(run["held.motor.tau"]) / 1e3, label="sun of mandrel 1")
+    torques.plot(run.t, np.abs(run["motor_2.flange.tau"]) / 1e3, label="sun of mandrel 2")
+    turning = (run.t > stages.turns) & (run.t < stages.turned)
+    drives = np.where(turning, -run["turn.flange.tau"] / 1e3, np.nan)
+    turret.plot(run.t, drives, label="drive, while it turns")
+    turret.plot(run.t, np.where(turning, np.nan, -run["turn.flange.tau"] / 1e3), label="lock")
+    turret.set(xlim=(0, run.t[-1]))
     return _finish(figure)
 
 

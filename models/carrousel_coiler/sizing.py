@@ -17,6 +17,11 @@ AMPLIFICATION = Given(
     1.25, "1", "I", "motor power over that of the tension, a, from the printed 2347 kW"
 )
 SPEED_2 = Given(1300 / 60, "m/s", "P", "greatest line speed of example 3.2: 1300 m/min")
+DYNAMIC = (
+    Given(1.1, "1", "P", "least factor for the dynamic power"),
+    Given(1.2, "1", "P", "greatest factor for the dynamic power"),
+)
+TWO_GEARS = Given(10.0, "1", "P", "range of mandrel speeds above which gears are to be changed")
 SPEED_MIN = Given(400 / 60, "m/s", "P", "least line speed of example 3.2: 400 m/min")
 
 
@@ -39,10 +44,10 @@ def tension_power(T: float = coiler.TENSION, v: float = coiler.SPEED) -> float:
     return K * T * v / coiler.ETA
 
 
-def losses_over_tension(radius: float, h: float = coiler.THICKNESS) -> float:
-    """Torque of bending and friction over that of the tension, from the model at rest.
+def share_of_losses(radius: float, h: float = coiler.THICKNESS) -> float:
+    """Bending and friction as a share of the total power of (3.3), from the model at rest.
 
-    The source has 5 to 10 per cent of the total power, (3.3), and K = 1.08.
+    The source has 5 to 10 per cent of the total power, and so K = 1.05 to 1.1.
 
     Parameters
     ----------
@@ -53,7 +58,8 @@ def losses_over_tension(radius: float, h: float = coiler.THICKNESS) -> float:
     wound = {"drive.coil.theta": 2 * np.pi * (radius - coiler.MANDREL) / h}
     point = lp.start_point(lp.assemble(model), start=wound)
     friction = -point["drive.bearing.flange_a.tau"]
-    return float((point["drive.coil.M_b"] + abs(friction)) / (coiler.TENSION * radius))
+    lost = float(point["drive.coil.M_b"] + abs(friction))
+    return lost / (coiler.TENSION * radius + lost)
 
 
 def speed_range(
@@ -65,6 +71,19 @@ def speed_range(
     standstill, never changed while it is wound.
     """
     return coiler.RADIUS / coiler.MANDREL * v_max / v_min * coiler.I_HIGH / i
+
+
+def needs_two_gears(v_max: float = SPEED_2, v_min: float = SPEED_MIN) -> bool:
+    """Whether the speeds of the mandrel range over more than ten, so that one gear does not do.
+
+    The gear is then chosen for a strip, `gear_for`, while the drive stands still.
+    """
+    return speed_range(coiler.I_HIGH, v_max, v_min) > TWO_GEARS
+
+
+def torque_check(motor: Motor, ratio: float = coiler.I_HIGH) -> float:
+    """Rated torque at the mandrel over that of the tension at the full coil, section 3.1.4 [R]."""
+    return motor.torque * ratio * coiler.ETA / (coiler.TENSION * coiler.RADIUS)
 
 
 def choose_motor(v: float = coiler.SPEED, a: float = AMPLIFICATION) -> Motor:

@@ -4,8 +4,7 @@ The sun wheel on the axis of the turret drives the wheel of the mandrel, one ext
 k on the turret as carrier: ``w_mandrel = Omega (1 + k) - k w_sun`` (Willis) [R]. The dimensions
 are [A]. Angles count positive in the sense of winding and of the turret, clockwise as drawn.
 
-The mass of coil and mandrel on the turret is left out: the other side of the turret balances it in
-part, but the source gives neither mass.
+Here the turret has no mass; `changeover` has it, with the weight of the coil.
 """
 
 from __future__ import annotations
@@ -73,9 +72,8 @@ class Turret(lp.Component):
     )
     path: StripPath = StripPath(r_t=r_t, d=d, phi_0=BEGIN)
     to_roll = r_t**2 + d**2 + 2 * r_t * d * cos(path.phi_0)  # m2  square of mandrel to roll
-    held: HeldTension = HeldTension(
-        s=pi * (R_0**2 - r**2) / h + sqrt(to_roll - R_0**2) + v * lp.time, T=T
-    )
+    begun = pi * (R_0**2 - r**2) / h + sqrt(to_roll - R_0**2)  # m  strip behind the roll
+    held: HeldTension = HeldTension(s=begun + v * lp.time, T=T)
 
     def connections(self) -> Iterator[lp.Connection]:
         yield lp.connect(self.held.motor, self.gear.flange_a)
@@ -87,9 +85,15 @@ class Turret(lp.Component):
         yield lp.connect(self.path.line, self.held.line)
 
 
-def half_turn_angle() -> lp.Expr:
-    """Angle of the turret over the time: even acceleration, steady turning, even slowing down."""
-    t, top = lp.time, np.pi / (DURATION - RAMP)
+def half_turn_angle(begin: float = 0.0) -> lp.Expr:
+    """Angle of the turret over the time: even acceleration, steady turning, even slowing down.
+
+    Parameters
+    ----------
+    begin : float
+        Instant at which it begins, s.
+    """
+    t, top = lp.time - begin, np.pi / (DURATION - RAMP)
     left = DURATION - t
     ends = where(left <= RAMP, pi - top * left**2 / (2 * RAMP), top * (t - RAMP / 2))
     return where(t < RAMP, top * t**2 / (2 * RAMP), where(left <= 0, pi + 0 * t, ends))

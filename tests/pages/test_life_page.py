@@ -63,3 +63,14 @@ def test_a_pass_without_play_settles_at_the_rolling_torque(names):
     run = lp.simulate(names["system"], until=1.5, parameters={"level": 0.8, "play": 0.0})
     last = run[names["SPINDLE"]][run.t > 1.5 - 3 / 6.344]  # three periods of the first mode
     assert last.mean() == pytest.approx(0.8 * RATED, rel=0.01)
+
+
+def test_the_life_of_the_bearing_is_that_of_its_torque_by_hand(names):
+    coil = names["coil"]
+    torque, w = coil["drive.gear.flange_a.tau"], coil["drive.rotor.w"]
+    turned = np.trapezoid(w, coil.t)
+    equivalent = (np.trapezoid(torque ** (10 / 3) * w, coil.t) / turned) ** 0.3
+    load = 2.3 * (0.67 + 3.0 * 0.37) * equivalent
+    mean = turned / coil.t[-1] * 30 / np.pi
+    wanted = 1e6 * (2e6 / (1.5 * load)) ** (10 / 3) / (60 * mean)
+    assert coil.value(names["life"]) == pytest.approx(wanted, rel=1e-4)
