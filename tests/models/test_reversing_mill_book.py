@@ -50,7 +50,7 @@ class TestReduction:
 
             def connections(self):
                 yield from lp.chain(self.drive, self.motor, self.shaft, self.gearbox, self.gear)
-                yield from lp.chain(self.gear, self.spindle, self.rolls)
+                yield from lp.chain(self.gear, self.spindle, self.rolls, self.barrel)
 
         own = {"rolls.J": JR * KGF * n**2, "spindle.c": C2 * KGF * n**2}
         assert relative(found(Geared().with_(own)).hertz, found(mill.UpperBranch()).hertz) < 1e-12
