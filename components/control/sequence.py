@@ -175,11 +175,11 @@ class StepSequencer(Component):
         barred = where(self.clear > 0.5, 0.0, 1.0)
         speed: Number = 0.0
         way: Number = 0.0
-        waiting: Number = 0.0
+        waiting = idle = 0.0 * self.step
         for i, (begin, (_, v)) in enumerate(zip(begins, rows, strict=True)):
             speed = where(self.step >= i, v, speed)
             way = where(self.step >= i, begin - self.u, way)
-            waiting = where(self.step >= i, barred if i in self.waits else 0.0, waiting)
+            waiting = where(self.step >= i, barred if i in self.waits else idle, waiting)
         yield self.y == where(waiting > 0.5, 0.0, speed)
         yield der(self.step) == 0
         arrives = where(waiting > 0.5, 1.0, way) <= 0

@@ -1,7 +1,8 @@
 """Mandrel rotary arm of a tube mill's front table: published numbers beside computed ones.
 
 The arm is described in `lumped.models.rotary_arm.parts`, its load torques and motors in `loads`
-beside it, its cycle in `cycle`, its position control in `control`. Marks: [P] printed, [R] restored
+beside it, its cycle in `cycle`, its position control in `control`, the sequence of its steps in
+`steps`. Marks: [P] printed, [R] restored
 by derivation, [I] inferred, [A] assumed as the source does not give it.
 """
 
@@ -16,7 +17,7 @@ import lumped as lp
 from lumped.components import Torque
 from lumped.models import Machine, Row
 from lumped.models.about import Measure, Motor, find_shared, read_about
-from lumped.models.rotary_arm import control, cycle, loads, parts
+from lumped.models.rotary_arm import control, cycle, loads, parts, steps
 
 LOADS, SIZING, TEXT, CYCLE = "[P] load torques", "[P] motor sizing", "[P] text", "[P] cycle"
 FROM_PRINT = "not published, from [P]"
@@ -27,12 +28,13 @@ BODIES = {  # name in the model: what, printed torque and moment of inertia
     "weights": ("counterweights", 18_620.0, 651.7),
 }
 OTHERS_BY_HAND = ((4063.7, 8082.8), (4100.0, 8079.5), (4100.0, 8571), (4100.0, 8082.8))
+TABLE = (7080.8, 5122.9, -1140.4, -7121.5, -6552.2, -196.1, 27.2, 418.9, 434.5)
 LOSS = parts.PRINTED | {"reducer.eta": parts.ETA}
 
 
 def rows() -> list[Row]:
     """Published and computed numbers."""
-    return [*_loads(), *_inertias(), *_motors(), *_cycle(), *_loop()]
+    return [*_loads(), *_inertias(), *_motors(), *_cycle(), *_loop(), *_steps()]
 
 
 def _loads() -> Iterator[Row]:
@@ -144,6 +146,10 @@ def _cycle() -> Iterator[Row]:
     for name, first, value in (("t = 1 to 9 s", 1.0, 4368), ("t = 0.5 to 8.5 s", 0.5, 3960)):
         at_instants = [np.abs(found.t - t).argmin() for t in first + np.arange(9.0)]
         samples = found[cycle.REDUCER][at_instants]
+        if first == 1.0:
+            for k, (torque, known) in enumerate(zip(samples, TABLE, strict=True), 1):
+                note = f"{known} by hand; the printed table is missing in the copy"
+                yield Row(f"table 1, torque at {k} s", "N.m", None, torque, ASSUMED, note)
         mean = np.sqrt(np.mean(np.square(samples)))
         note = f"{value} by hand: so much does sampling alone change"
         yield Row(f"RMS torque, nine samples, {name}", "N.m", None, mean, ASSUMED, note)
@@ -186,6 +192,16 @@ def _loop() -> Iterator[Row]:
     yield Row("least torque under control", "N.m", None, torque.min(), ASSUMED, "-6818 by hand")
     left = abs(control.AIM - run["arm.phi"][-1])
     yield Row("way left after 13 s", "rad", None, left, ASSUMED, "7e-10 by hand, at its end")
+
+
+def _steps() -> Iterator[Row]:
+    run = steps.run_steps(until=12.0, grid=6000, rtol=1e-8)
+    there = run.t[np.nonzero(np.abs(run["arm.phi"] - control.AIM) > 1e-3)[0][-1] + 1]
+    note = "to 1 mrad, by steps; the pick-up takes speed, braking at the end is weaker [A]"
+    yield Row("duration of a cycle, by steps", "s", 9.0, there, TEXT, note)
+    stands, _ = steps.standing(steps.run_steps(6.0, until=7.0, grid=2000, rtol=1e-8))
+    note = "146.47 by hand; the ramp alone stops it at 145.54"
+    yield Row("angle where it waits for the rack", "deg", None, np.degrees(stands), ASSUMED, note)
 
 
 def jump(run: lp.Trajectory, instant: float) -> float:
