@@ -48,7 +48,7 @@ def _loads() -> Iterator[Row]:
     yield Row("gravity, all", "N.m", 341_060.0, sums["grav"], LOADS, "rounded")
     acc = "with the mandrel's spin, 2.8 % too much: the tray does not turn; without the rotor"
     yield Row("acceleration, 1.38 rad/s2", "N.m", 50_721.0, sums["acc"], LOADS, acc)
-    fric = "formula damaged; the printed sum leaves 13 369 +- 25"
+    fric = "formula missing; the printed sum leaves 13 369 +- 25"
     yield Row("friction in the journals", "N.m", None, sums["fric"], RESTORED, fric)
     rest = sum(weights)
     residual = "6.3 % of the load: the printed counterweight does not quite balance the arm"
@@ -200,7 +200,7 @@ def _steps() -> Iterator[Row]:
     note = "to 1 mrad, by steps; the pick-up takes speed, braking at the end is weaker [A]"
     yield Row("duration of a cycle, by steps", "s", 9.0, there, TEXT, note)
     stands, _ = steps.standing(steps.run_steps(6.0, until=7.0, grid=2000, rtol=1e-8))
-    note = "146.47 by hand; the ramp alone stops it at 145.54"
+    note = "146.46 by hand from 100 deg on; the ramp alone stops it at 145.54"
     yield Row("angle where it waits for the rack", "deg", None, np.degrees(stands), ASSUMED, note)
 
 

@@ -3,10 +3,11 @@
 The wanted speed is the smaller of a speed profile over the angle (slow about pick-up and release,
 fast between) and the square-root law of the distance to the aim [R from the wording]. A ramp
 limiter follows; it is bypassed near the aim, where the law is linear. The source has a square root
-and a proportional range, but no formula. A bare sqrt(2 a e) has an infinite gain at the aim and
-chatters there (a gain K of 1000 1/s shows it); one that meets K e without a shift asks for twice the
-deceleration from there on. sqrt(2 a (e - e_0 / 2)) brakes with `a` throughout. A PI speed
-controller with anti-windup sets the torque of the motor. Gains, decelerations and the lag of the torque are [A].
+and a proportional range, but no formula in the copy. A bare sqrt(2 a e) has an infinite gain at the
+aim and chatters there, as a gain K of 1000 1/s shows; one that meets K e without a shift asks for
+twice the deceleration from there on; sqrt(2 a (e - e_0 / 2)) brakes with `a` throughout. A PI speed
+controller with anti-windup sets the torque of the motor. Gains, decelerations and the lag of the
+torque are [A].
 
 The arm starts at rest with the torque that holds it. Friction in journals and reducer keeps it
 there until the controller has built up the torque for lifting, after 5 ms. A calculation in which
@@ -131,9 +132,3 @@ def instants(run: lp.Trajectory) -> tuple[float, float, float]:
         found["arm.carried", "u >= off"],
         found["near", "u >= on"],
     )
-
-
-def reversals(run: lp.Trajectory, begin: float) -> int:
-    """How often the arm changes its direction after an instant in s, to tell whether it chatters."""
-    turning = np.sign(run["arm.trays.w"][run.t > begin])
-    return int((np.diff(turning[turning != 0]) != 0).sum())

@@ -87,7 +87,7 @@ DIGEST = {  # value of an independent calculation, and its last digit
     "table 1, torque at 7 s": (27.2, 0.1),
     "table 1, torque at 8 s": (418.9, 0.1),
     "table 1, torque at 9 s": (434.5, 0.1),
-    "angle where it waits for the rack": (146.468, 0.02),
+    "angle where it waits for the rack": (146.46, 0.03),  # by hand from 100 deg on
     "RMS torque, full model": (4408.6, 0.1),
     "peak torque, full model": (10_211, 1),
     "least torque, full model": (-7177, 1),
