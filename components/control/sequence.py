@@ -12,7 +12,7 @@ from lumped.language.switch import Item
 from lumped.language.value_types import Numbers, Rows
 from lumped.ops import maximum, sqrt, where
 
-__all__ = ["Latch", "Minimum", "PositionSequencer", "SpeedProfile", "Switch"]
+__all__ = ["Latch", "Minimum", "PositionSequencer", "SpeedProfile", "StepSequencer", "Switch"]
 
 
 def least(a: Expr, b: Number) -> Expr:
@@ -150,6 +150,44 @@ class SpeedProfile(Component):
                     here = least(sqrt(speed**2 + 2 * self.a * way), here)
             allowed = where(self.u >= rows[i + 1][0], allowed, here)
         yield self.y == allowed
+
+
+class StepSequencer(Component):
+    """Speeds of steps that follow each other at positions: ``y = v[step]``, or 0 while it waits.
+
+    `sections` are rows of the position at which a step begins and its speed; the run begins in the
+    first step. The next one begins where `u` reaches its position, and stays if `u` falls back. In
+    the steps numbered in `waits`, from 0, ``y = 0`` while `clear` is not above 0.5, and the next
+    one begins only when it is. `y` jumps: connect it to a `RateLimiter`.
+    """
+
+    symbol = "sequence"
+    sections: Rows = ()
+    waits: Numbers = ()
+    u: Input = Input("1", "position")
+    clear: Input = Input("1", "permission to go on: above 0.5")
+    step: Var = var("1", "number of the step, from 0", state="always")
+    y = Output("1", "wanted speed")
+
+    def equations(self) -> Iterator[Item]:
+        rows = _sections(self.sections)
+        begins = [begin for begin, _ in rows[1:]] + [_NEVER]
+        barred = where(self.clear > 0.5, 0.0, 1.0)
+        speed: Number = 0.0
+        way: Number = 0.0
+        waiting = idle = 0.0 * self.step
+        for i, (begin, (_, v)) in enumerate(zip(begins, rows, strict=True)):
+            speed = where(self.step >= i, v, speed)
+            way = where(self.step >= i, begin - self.u, way)
+            waiting = where(self.step >= i, barred if i in self.waits else idle, waiting)
+        yield self.y == where(waiting > 0.5, 0.0, speed)
+        yield der(self.step) == 0
+        arrives = where(waiting > 0.5, 1.0, way) <= 0
+        yield when(arrives.called("arrived", "under way"), {self.step: self.step + 1})
+
+
+_NEVER = 1e30
+"""Position of the step after the last one."""
 
 
 def _sections(rows: Rows) -> list[tuple[float, float]]:

@@ -1,8 +1,8 @@
 """Reversing cold rolling mill 400: published numbers beside computed ones.
 
 The stand and its source are described in `lumped.models.reversing_mill.stand`, the roll gap that
-sticks, skids and opens in `lumped.models.reversing_mill.scenes`, its motors in
-`lumped.models.reversing_mill.drives`.
+sticks, skids and opens in `scenes` beside it, its motors in `drives`, the mass of its shafts in
+`shaft_mass`, the torque between its branches in `equalizing`, the incoming strip in `incoming`.
 """
 
 from __future__ import annotations
@@ -15,16 +15,22 @@ import numpy as np
 import lumped as lp
 from lumped.models import Machine, Row, list_rows
 from lumped.models.about import Measure, Motor, find_shared, number_values, read_about
-from lumped.models.reversing_mill import drives, scenes, stand
+from lumped.models.reversing_mill import drives, equalizing, incoming, scenes, shaft_mass, stand
 
-PAGES, LOWER = "pages 71, 72, before (47) [P]", "equation (46) [P]"
+PAGES, LOWER = "pages 71, 72, before (47) [P]", "page 71, by equation (46) [P]"
 ECCENTRICITY = "equation (47) [P]"
 ROUNDING = "within the rounding of the printed J and C"
 INFERRED = "J and C chosen that round to the printed ones [I]; rounds to the printed digits"
 ALONE = "J2 without gearbox [I]; then no rounding gives all three frequencies at once"
+TENTH = "page 72, by equation (45) [P]"
 THIN = "inertia of 0.0026 kgf m s2 [I], chosen to stay just below; the dimensions are not given"
+BARS = "the same spindle, shaft B1 of 0.023 kgf m s2 [A]; thirds by the nodes of this mode [R]"
 DIAMETER = "fixes the diameter, not legible [I]"
 NOT = "not published [R]"
+BARS_NOT = "not published, inertias of the shafts [A]"
+BELOW = (None, 0.1)
+CURVES = "not published, slope of the curves of (55) [A]"
+STRIP = "not published, incoming strip [A]"
 LIMITS = "not published, limits [A]"
 MOTORS = "not published, motors [A]"
 CLOSED = {
@@ -46,12 +52,42 @@ PEAKS = {
 LOWEST = ("-0.51 from modal sums over 2 s", "-0.941 from modal sums", "-0.943 from modal sums")
 CHANGES = ("first skid", "first stick", "second skid", "second stick")
 GREATEST = drives.OVERLOAD * stand.RATED
+SPLITS = {
+    "node of spindle B3, from the rolls over its length": "0.9715 from (45), 5.46 / 5.6201",
+    "upper f1, node of shaft B1 from the motor": "0.1403 from the roots of the chain",
+    "upper f1, node of spindle B2 from the gearbox": "0.0756 from the roots of the chain",
+    "upper f2, node of shaft B1 from the motor": "0.4716 from the roots of the chain",
+}
+EXACT = {
+    "upper f1, shafts with mass": "39.543 from the exact equation of continuous shafts",
+    "upper f2, shafts with mass": "21.600 from the exact equation of continuous shafts",
+}
+ENTERS = {
+    "strip entry, equalizing by (55), 140 rad/s": "0.155 by matrix exponentials",
+    "strip entry, equalizing by (55), 93.3 rad/s": "0.166 by matrix exponentials",
+    "strip entry, equalizing by (54), (55) as printed": "0.150 by matrix exponentials",
+}
+CREEPS = {
+    "rolls 0.2 % apart, equalizing by (55), droop 3 %": "0.0235 in closed form; 0.0333 no slip",
+    "rolls 0.2 % apart, equalizing by (55), droop 1 %": "0.0444 in closed form; 0.1000 no slip",
+}
+WAVES = {
+    "waves of the incoming strip at 15 m/s": "6.6845 from 0.7 times (47)",
+    "waves of the incoming strip at 10 m/s": "4.4563 from 0.7 times (47)",
+}
+SWINGS = {
+    stand.ClosedGap: ("no slip", ("0.2702", "0.4455", "1.5590")),
+    stand.CreepingGap: ("K_s = 300 kgf m s", ("0.6044", "0.9967", "1.0161")),
+}
 DROOPS = {0.03: "0.0333 from eps / (2 s)", 0.01: "0.1000 from eps / (2 s)"}
 
 
 def rows() -> list[Row]:
     """Published and computed numbers; the strip entry with motors stepping to rated torque."""
-    return [*_published(), *_closed(), *_entry(), *_skids(), *_droop()]
+    return [
+        *(*_published(), *_shafts(), *_closed(), *_entry(), *_skids(), *_droop()),
+        *(*_approaches(), *_incoming()),
+    ]
 
 
 def _published() -> list[Row]:
@@ -61,7 +97,7 @@ def _published() -> list[Row]:
     }
     rounded = _hertz(stand.OpenGap(), inside | {"upper.shaft.c": stand.C_INSIDE})
     inner = "J and C inside their rounding"
-    spindle = opened[1] - _hertz(stand.lower_with_spindle(stand.J_SPINDLE))[0]
+    spindle = opened[1] - _hertz(shaft_mass.lower_with_spindle())[0]
     alone = _hertz(stand.LowerBranch().with_(stand.MOTOR_ONLY))[0]
     fast, slow = (stand.eccentricity_hertz(speed) for speed in (15, 10))
     return [
@@ -74,10 +110,27 @@ def _published() -> list[Row]:
         Row("lower branch, motor alone", "Hz", 38.9, alone, LOWER, ALONE),
         Row(
             *("influence of the mass of a spindle", "Hz", None, spindle),
-            *("equation (45) [P]", THIN, (None, 0.1), True),
+            *(TENTH, THIN, BELOW, True),
         ),
         Row("eccentricity at 15 m/s", "Hz", 9.55, fast, ECCENTRICITY, DIAMETER, fitted=True),
         Row("eccentricity at 10 m/s", "Hz", 6.36, slow, ECCENTRICITY, "print cut off, not rounded"),
+    ]
+
+
+def _shafts() -> list[Row]:
+    opened = _hertz(stand.UpperBranch())[::-1]
+    heavy = [_hertz(shaft_mass.upper_with_shafts(mode))[mode] for mode in (1, 0)]
+    ends, _ = shaft_mass.thirds(
+        1.0, stand.J_MOTOR + stand.J_GEARBOX, -stand.J_BACKUP - stand.J_WORK
+    )
+    at = (3 * ends, *shaft_mass.nodes(1), shaft_mass.nodes(0)[0])
+    return [
+        *(
+            Row(f"influence of both shafts, upper {name}", "Hz", None, a - b, TENTH, BARS, BELOW)
+            for name, a, b in zip(("f1", "f2"), opened, heavy, strict=True)
+        ),
+        *list_rows("1", NOT, SPLITS, at),
+        *list_rows("Hz", BARS_NOT, EXACT, heavy),
     ]
 
 
@@ -157,6 +210,31 @@ def _droop() -> Iterator[Row]:
 
 def _hertz(gap: lp.Component, parameters: Mapping[str, float] | None = None) -> np.ndarray:
     return lp.modes(lp.assemble(gap), parameters=parameters).hertz
+
+
+def _approaches() -> list[Row]:
+    fast, slow = (equalizing.creep_coefficient(w) for w in (scenes.SPEED, scenes.SPEED / 1.5))
+    gaps = (stand.CreepingGap(K_s=fast), stand.CreepingGap(K_s=slow), stand.PrintedGap(K_s=fast))
+    static = (equalizing.creeping_with_droop(s, fast) for s in DROOPS)
+    return [
+        *list_rows("1", CURVES, ENTERS, (equalizing.peak_at_entry(gap) for gap in gaps)),
+        *list_rows("1", CURVES, CREEPS, static),
+    ]
+
+
+def _incoming() -> Iterator[Row]:
+    waves = [incoming.thickness_hertz(speed) for speed in (15, 10)]
+    yield from list_rows("Hz", STRIP, WAVES, waves)
+    speed = {"strip speed at which they excite closed mode 1": "14.24 from 9.97 over 0.7"}
+    critical = _hertz(stand.ClosedGap())[0] / incoming.thickness_hertz(1)
+    yield from list_rows("m/s", STRIP, speed, [critical])
+    for gap, (how, known) in SWINGS.items():
+        remarks = {
+            f"waves at 15 m/s, {how}, {shaft} over rolls": f"{gain} from complex amplitudes"
+            for shaft, gain in zip(SHAFTS, known, strict=True)
+        }
+        gains = np.abs(incoming.thickness_gains(gap(), np.array([15.0]), 1.0)[0])
+        yield from list_rows("1", STRIP, remarks, gains)
 
 
 def scene(start: Mapping[str, Any] | None = None, **options: Any) -> lp.Trajectory:

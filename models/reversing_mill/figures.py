@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from lumped.models.panels import panels
-from lumped.models.reversing_mill import drives, scenes
+from lumped.models.reversing_mill import drives, incoming, scenes
 from lumped.models.reversing_mill import stand as mill
 from lumped.models.reversing_mill.stand import RATED, SHAFT_LABELS, SHAFTS
 
@@ -76,6 +76,26 @@ def draw_eccentricity() -> Figure:
     gains.legend(fontsize="small", loc="lower right")
     orders.set(title="Critical speeds", xlim=(0, speeds[-1]), ylim=(0, 47))
     orders.legend(loc="lower right", fontsize="small")
+    return figure
+
+
+def draw_incoming() -> Figure:
+    title = "Waves of the incoming strip, as long as a circumference of the backup rolls"
+    labels = ("torque / exciting torque", SHARE)
+    figure, (gain, torque) = panels(2, size=(8, 8), title=title, y=labels, sharex=False)
+    speeds = np.linspace(0.05, 22.5, 2000)
+    gaps = ((mill.ClosedGap(), "-", "no slip"), (mill.CreepingGap(), "--", "creeping"))
+    for gap, line, label in gaps:
+        gains = np.abs(incoming.thickness_gains(gap, speeds, 1.0))
+        for i, name in enumerate(SHAFT_LABELS):
+            gain.semilogy(speeds, gains[:, i], line, color=f"C{i}", label=f"{name}, {label}")
+    gain.axvspan(10, 15, color="grey", alpha=0.2, label="speeds in print")
+    gain.set(xlim=(0, speeds[-1]), xlabel="strip speed, m/s")
+    gain.legend(fontsize="small")
+    run = incoming.rolling_waves(15.0, until=1.0, grid=2000)
+    torque.plot(run.t, run.table(SHAFTS) / RATED, linewidth=1.2)
+    text = f"15 m/s, thickness +-{100 * incoming.THICKNESS:g} %, creeping"
+    torque.set(xlim=(0, 1), xlabel="time, s", title=text)
     return figure
 
 

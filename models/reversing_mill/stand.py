@@ -57,9 +57,6 @@ C_SPINDLE = Given(
     "R",
     "spindles B2 and B3 at the motor shaft, C2: 0.918 kgf m, exponent illegible",
 )
-J_SPINDLE = Given(
-    0.0026 * KGF, "kg.m2", "I", "a spindle that explains the printed influence of 0.1 Hz"
-)
 CREEP = Given(
     300 * KGF,
     "N.m.s/rad",
@@ -178,18 +175,6 @@ class PrintedGap(OpenGap):
         yield lp.connect(self.mean.carrier, self.rolls.flange_a)
 
 
-def lower_with_spindle(J: float) -> LowerBranch:
-    """Lower branch whose spindle has a moment of inertia, kg.m2, by (45).
-
-    The node divides it inversely to the inertias at its ends; each takes a third of its piece.
-    """
-    rolls, drive = J_BACKUP + J_WORK, J_MOTOR + J_GEARBOX
-    piece = J * drive / (rolls + drive)
-    return LowerBranch().with_(
-        {"rolls.J": rolls + piece / 3, "gearbox.J": J_GEARBOX + (J - piece) / 3}
-    )
-
-
 def critical_strip_speeds(gap: OpenGap, orders: int = 4) -> np.ndarray:
     """Strip speeds at which an order of the eccentricity meets a mode, m/s: modes by orders."""
     modes = lp.modes(lp.assemble(gap))
@@ -237,7 +222,7 @@ def eccentricity_hertz(speed: float) -> float:
 
 
 def eccentricity_gains(gap: OpenGap, speeds: np.ndarray, torque: float) -> np.ndarray:
-    """Shaft torques in the steady state under a harmonic torque on the rolls, order 1.
+    """Shaft torques in the steady state under eccentric rolls, order 1.
 
     Parameters
     ----------
@@ -253,7 +238,26 @@ def eccentricity_gains(gap: OpenGap, speeds: np.ndarray, torque: float) -> np.nd
     ndarray of complex, shape (k, 3)
         Amplitudes of the torques `SHAFTS`.
     """
+    return rolling_gains(gap, eccentricity_hertz(1) * np.asarray(speeds), torque)
+
+
+def rolling_gains(gap: OpenGap, hertz: np.ndarray, torque: float) -> np.ndarray:
+    """Shaft torques in the steady state under a harmonic torque on the rolls.
+
+    Parameters
+    ----------
+    gap : OpenGap, ClosedGap or CreepingGap
+        Stand.
+    hertz : array_like, shape (k,)
+        Frequencies.
+    torque : float
+        Amplitude on each pair of rolls.
+
+    Returns
+    -------
+    ndarray of complex, shape (k, 3)
+        Amplitudes of the torques `SHAFTS`.
+    """
     upper, lower = loads = ("upper_load.tau", "lower_load.tau")
-    hertz = eccentricity_hertz(1) * np.asarray(speeds)
     found = lp.frequency_response(lp.assemble(gap), inputs=loads, outputs=SHAFTS, hertz=hertz)
     return torque * np.transpose([found[shaft, upper] + found[shaft, lower] for shaft in SHAFTS])

@@ -2,8 +2,12 @@
 
 The wanted speed is the smaller of a speed profile over the angle (slow about pick-up and release,
 fast between) and the square-root law of the distance to the aim [R from the wording]. A ramp
-limiter follows; it is bypassed near the aim, where the law is linear. A PI speed controller with
-anti-windup sets the torque of the motor. Gains, decelerations and the lag of the torque are [A].
+limiter follows; it is bypassed near the aim, where the law is linear. The source has a square root
+and a proportional range, but no formula in the copy. A bare sqrt(2 a e) has an infinite gain at the
+aim and chatters there, as a gain K of 1000 1/s shows; one that meets K e without a shift asks for
+twice the deceleration from there on; sqrt(2 a (e - e_0 / 2)) brakes with `a` throughout. A PI speed
+controller with anti-windup sets the torque of the motor. Gains, decelerations and the lag of the
+torque are [A].
 
 The arm starts at rest with the torque that holds it. Friction in journals and reducer keeps it
 there until the controller has built up the torque for lifting, after 5 ms. A calculation in which
@@ -28,6 +32,7 @@ from lumped.components import (
     SpeedDrive,
     SpeedProfile,
     SquareRootController,
+    StepSequencer,
     Switch,
 )
 from lumped.models.rotary_arm import parts
@@ -58,7 +63,7 @@ class Controlled(lp.Component):
     target: lp.Param = lp.param("1", "angle of the arm to reach", AIM)
 
     aim: SquareRootController = SquareRootController(wanted=target, K=GAIN, a=BRAKING)
-    profile: SpeedProfile = SpeedProfile(sections=PROFILE, a=BRAKING)
+    profile: SpeedProfile | StepSequencer = SpeedProfile(sections=PROFILE, a=BRAKING)
     slower: Minimum = Minimum()
     ramp: RateLimiter = RateLimiter(rate=parts.EPS, T=SECTOR / parts.EPS)
     near: Latch = Latch(on=target - aim.a / aim.K**2)  # where the square-root law becomes linear

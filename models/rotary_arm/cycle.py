@@ -1,7 +1,7 @@
 """The cycle of the rotary arm: one turn in 9 s as a prescribed motion, and its torque.
 
 Twelve points, speeds and the ramp are printed; the angles of the points are drawn in a figure that
-is damaged in the copy used. Model [A]: from rest at S to the slow speed, over P, where the mandrel
+is missing in the copy used. Model [A]: from rest at S to the slow speed, over P, where the mandrel
 is taken, to A; there to the fast speed; at E down to the slow speed, over R, where it is put down,
 to F; fast; from I to rest at S + 360 deg. The nine seconds then fix the sum of the slow angles. B,
 C, D, G and H do not enter the torque [A]: B, D, G and H clear one mandrel diameter, C lies a

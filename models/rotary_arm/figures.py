@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lumped.models.panels import panels
-from lumped.models.rotary_arm import control, cycle, loads
+from lumped.models.rotary_arm import control, cycle, loads, steps
 
 
 def draw_cycle() -> Figure:
@@ -99,4 +99,39 @@ def draw_first_motor() -> Figure:
     figure, axes = _draw_lifts(title, cases, 3.0, greatest)
     axes[0].set(ylim=(0, 0.2))
     axes[1].set_ylim(-7, 7)
+    return figure
+
+
+def draw_steps() -> Figure:
+    title = "Cycle by twelve steps; solid: nothing in the way, dashed: it waits at C until 6 s"
+    labels = ("speed of the arm, rad/s", "angle of the arm, deg", "motor torque, kN.m")
+    figure, (speed, angle, torque) = panels(3, size=(8, 9), title=title, x="time, s", y=labels)
+    for i, (free, line) in enumerate(((0.0, "-"), (6.0, "--"))):
+        run = steps.run_steps(free, until=13.0, grid=3000)
+        speed.plot(run.t, run["arm.trays.w"], line, color=f"C{i}")
+        angle.plot(run.t, np.degrees(run["arm.phi"]), line, color=f"C{i}")
+        torque.plot(run.t, run["motor.tau"] / 1e3, line, color=f"C{i}")
+    for x, name, zone in ((0.1, "line", "PB"), (0.4, "rack", "DG"), (0.9, "kick-out arm", "DH")):
+        ends = np.degrees([steps.AT[end] for end in zone])
+        angle.plot([x, x], ends, linewidth=4, alpha=0.5, label=f"way of the {name}")
+    for name in "ACEFI":
+        angle.axhline(np.degrees(steps.AT[name]), color="grey", linewidth=0.3)
+        angle.text(13.05, np.degrees(steps.AT[name]), name, fontsize="small", va="center")
+    angle.legend(loc="lower right", fontsize="small")
+    torque.set(xlim=(0, 13))
+    return figure
+
+
+def draw_chatter() -> Figure:
+    title = "Square root with its linear zone, and nearly without: no friction, no loss"
+    labels = ("way to the aim, rad", "speed of the arm, rad/s")
+    figure, (way, speed) = panels(2, size=(8, 6), title=title, x="time, s", y=labels)
+    for K, label in ((6.0, "K = 6 1/s"), (1000.0, "K = 1000 1/s")):
+        free = {"arm.mu": 0.0, "reducer.eta": 1.0, "aim.K": K}
+        run = control.run_controlled(until=12.0, parameters=free, grid=6000)
+        way.plot(run.t, control.AIM - run["arm.phi"], label=label)
+        speed.plot(run.t, run["arm.trays.w"])
+    way.set(xlim=(9, 12), ylim=(-0.02, 0.1))
+    speed.set(ylim=(-0.05, 0.1))
+    way.legend()
     return figure

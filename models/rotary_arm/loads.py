@@ -1,6 +1,6 @@
 """Load torques of the rotary arm at one position, and the sizes of its motors.
 
-The source adds T_grav, T_fric = mu k (sum of weights) D / 2 [R; the formula is damaged, the
+The source adds T_grav, T_fric = mu k (sum of weights) D / 2 [R; the formula is missing, the
 printed sum leaves 13 369 +- 25 N.m] and T_acc = (sum J) eps with the mandrel at the horizontal,
 where all are greatest, divides by 50, and applies the efficiency to the power, but not to the
 torque. With the efficiency the torque is 9533 N.m; with the rotor, which the source leaves out

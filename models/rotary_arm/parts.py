@@ -7,9 +7,9 @@ tray does not matter for gravity, and neither of them has energy of rotation. An
 horizontal on the side of the pick-up, upward. A motor drives the shaft through a reducer of 50.
 
 Source: Li Enxue, Drive of the front-table mandrel rotary arm of a 508 mm PQF pipe mill (in
-Chinese), Steel Pipe 2016 no. 2, 45-49. Figures 4 to 7, table 1 and two formulas are damaged in the
-copy used. Marks: [P] printed, [R] restored by derivation, [I] inferred where a figure is damaged,
-[A] assumed as the source does not give it.
+Chinese), Steel Pipe 2016 no. 2, 45-49. All figures, the values of table 1 and two formulas are
+missing in the copy used. Marks: [P] printed, [R] restored by derivation, [I] inferred where a
+figure is missing, [A] assumed as the source does not give it.
 
 The source computes with g = 10 m/s2 and a mandrel that spins, without the rotor and without the
 loss of the reducer (`PRINTED`). As these are errors, the model leaves the spin out and includes

@@ -85,6 +85,7 @@ FIELDS = {
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
     sequence.PositionSequencer: {"targets": (0.5, -1.0)},
     sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
+    sequence.StepSequencer: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8)), "waits": (1,)},
     noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
     shaft.Shaft: {
         "sections": (sections.Solid(d=1.0, L=2.0), sections.Solid(d=1.0, L=1.0)),

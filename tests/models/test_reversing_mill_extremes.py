@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring
 from lumped.errors import SolverError
+from lumped.models.reversing_mill import shaft_mass
 from lumped.models.reversing_mill import stand as mill
 from lumped.models.reversing_mill.stand import KGF, ClosedGap, OpenGap
 
@@ -98,7 +99,7 @@ class TestMassOfTheShafts:
     @pytest.mark.parametrize("row", data("shaft_rule"), ids=lambda row: f"{row[0]:g}")
     def test_rule_and_bar_are_those_of_the_reference(self, row):
         J, exact, thirds = row
-        branch = mill.lower_with_spindle(J * KGF)
+        branch = shaft_mass.lower_with_spindle(J * KGF)
         assert relative(found(branch).hertz, [thirds]) < 1e-11
 
         def bar(w):  # tan b = b Js (J1 + J2) / (b^2 J1 J2 - Js^2), b = w sqrt(Js / C)
@@ -112,9 +113,11 @@ class TestMassOfTheShafts:
         assert abs((4 * chains[1] - chains[0]) / 3 / exact - 1) < 1e-7
 
     def test_printed_influence_needs_a_spindle_of_one_sixtieth_of_the_roll(self):
-        light, heavy = (found(mill.lower_with_spindle(J)).hertz[0] for J in (1e-9, mill.J_SPINDLE))
+        light, heavy = (
+            found(shaft_mass.lower_with_spindle(J)).hertz[0] for J in (1e-9, shaft_mass.J_SPINDLE)
+        )
         assert abs(light - heavy - 0.1) < 0.005
-        assert abs(mill.J_SPINDLE / KGF / JR - 0.016) < 0.0005
+        assert abs(shaft_mass.J_SPINDLE / KGF / JR - 0.016) < 0.0005
 
 
 def chain_of(n: int, J: float) -> lp.Component:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from rows import assemble_rows
+from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.components import (
@@ -15,6 +16,7 @@ from lumped.components import (
     Speed,
     SpeedProfile,
     SquareRootController,
+    StepSequencer,
     Switch,
 )
 from lumped.errors import EquationError
@@ -171,6 +173,34 @@ def test_a_speed_profile_brakes_to_each_lower_section_in_time():
     # what follows the profile never has to brake harder than a: d(y^2/2)/ds >= -a
     falling = np.diff(run["part.y"] ** 2 / 2)[clear[1:] & clear[:-1]]
     assert (falling >= -a * np.diff(s)[clear[1:] & clear[:-1]] - 1e-9).all()
+
+
+def test_steps_begin_where_the_position_reaches_them_and_stay_when_it_falls_back():
+    # u = 3 sin t reaches 1 and 2, falls back, and reaches 3.5 with the drift of the second turn
+    sections = ((0.0, 0.5), (1.0, 3.0), (2.0, 1.2), (3.5, 0.4))
+    u = 3 * lp.ops.sin(lp.time) + 0.1 * lp.time
+    run = fed(StepSequencer(sections=sections), 9.0, u=u, clear=1.0 + 0 * lp.time, grid=900)
+    highest = np.maximum.accumulate(3 * np.sin(run.t) + 0.1 * run.t)
+    by_hand = np.array([v for _, v in sections])[np.searchsorted([1.0, 2.0, 3.5], highest + 1e-9)]
+    assert (run["part.y"] == by_hand).mean() > 0.99  # both sides of a jump are recorded
+    times = sorted({event.time for event in run.events if event.component == "part"})
+    assert times == pytest.approx(
+        [brentq(lambda t, s=s: 3 * np.sin(t) + 0.1 * t - s, *span) for s, span in REACHED], abs=1e-8
+    )
+
+
+REACHED = ((1.0, (0.0, 1.0)), (2.0, (0.3, 1.5)), (3.5, (6.5, 7.85)))
+
+
+def test_a_step_that_waits_stands_until_it_is_clear_and_goes_on_only_then():
+    sections = ((0.0, 1.0), (1.0, 2.0), (2.0, 3.0))
+    part = StepSequencer(sections=sections, waits=(1,))
+    clear = lp.ops.where(lp.time >= 2.5, 1.0, 0.0)
+    run = fed(part, 3.0, u=lp.time, clear=clear, grid=600)
+    inside = [(run.t > a) & (run.t < b) for a, b in ((0, 1), (1, 2.5), (2.5, 3))]
+    for span, value in zip(inside, (1.0, 0.0, 3.0), strict=True):
+        assert (run["part.y"][span] == value).all()
+    assert run["part.step"][-1] == 2
 
 
 @pytest.mark.parametrize(
