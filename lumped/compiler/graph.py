@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
+import numpy as np
+
 from lumped.compiler.structure import Structure
 from lumped.flattening.nets import SIGNAL, End, Net, Opened
 from lumped.flattening.tree import Instance
@@ -35,7 +38,20 @@ class _Builder:
         self.lost: dict[int, dict[str, str]] = defaultdict(dict)
         self.led: dict[int, list[str]] = defaultdict(list)
         self.graph = nx.Graph(name=flat.name, left_out=tuple(structure.left_out))
+        self.still = self._find_still()
         self._place_states()
+
+    def _find_still(self) -> set[int]:
+        """Nodes of positions that never change, such as that of a housing."""
+        values, reduced = self.structure.values, self.structure.reduced
+        quantities = self.tree.quantities
+        places = [q.kind == "potential" and q.unit in ("rad", "m") for q in quantities]
+        nodes = np.unique(reduced.nodes[np.array(places, dtype=bool) & (reduced.nodes >= 0)])
+        if not len(nodes):
+            return set()
+        moving = ca.vertcat(values.states, values.time, values.modes, values.guesses)
+        moves = ca.which_depends(values.of(nodes.tolist()), moving, 1, True)
+        return set(nodes[~np.array(moves, dtype=bool)].tolist())
 
     def _place_states(self) -> None:
         """States, and those that are left out and why, by the parts that declare them."""
@@ -43,7 +59,7 @@ class _Builder:
         why = {item.what: item.why for item in structure.left_out}
         for state in structure.reduced.states:
             number, order = structure.reduced.class_and_order(state)
-            base = structure.members.get(state, structure.members.get(state - order, 0))
+            base = structure.members[state if state in structure.members else state - order]
             part, name = self.tree.number_of_unknown(base), structure.node_name(state)
             while part not in self.opened.parts and part not in self.opened.composites:
                 part = self.tree.instances[part].parent
@@ -58,7 +74,7 @@ class _Builder:
         met = {(end.part, end.name) for net in nets for end in net.ends}
         acting = {end.part for net in nets for end in net.ends if not end.exposed}
         parts = self.opened.parts
-        for part in sorted(parts | dict.fromkeys(acting)):
+        for part in sorted(acting | parts.keys() | self.states.keys() | self.lost.keys()):
             self._add_part(part)
         for net in nets:
             self._add_joint(net)
@@ -81,20 +97,21 @@ class _Builder:
             kind=type(node.component).__name__,
             parameters={n: (float(numbers[i]), declared[n].unit) for n, i in places.items()},
             quantities={n: q.unit for n, q in declared.items() if n not in places},
-            states=self.states.get(part, []),
+            states=tuple(self.states.get(part, ())),
             left_out=self.lost.get(part, {}),
         )
 
     def _add_joint(self, net: Net) -> None:
         """Add a joint with the edges to its parts, or to what moves as it does."""
         graph, reduced = self.graph, self.structure.reduced
-        first = self.tree.instances[net.ends[0].part]
-        unknown = self._unknown(first, net.ends[0].name)
+        end = next((end for end in net.ends if not end.exposed), net.ends[0])
+        first, name = self.tree.instances[end.part], self.opened.name(end)
+        unknown = self._unknown(first, end.name)
         remains = reduced.node(unknown)
-        name = self.opened.name(net.ends[0])
         equal = None if remains is None else self.structure.node_name(remains)
+        still = net.kind != SIGNAL and (remains is None or remains in self.still)
         if self.reduced and net.kind != SIGNAL:
-            name = equal or f"ground ({net.kind})"
+            name = f"ground ({net.kind})" if still or equal is None else equal
         if name not in graph:
             quantities = self.tree.quantities[unknown : unknown + 1 + (net.kind != SIGNAL)]
             names = first.layout.names[unknown - first.first_unknown :]
@@ -108,7 +125,8 @@ class _Builder:
                 },
                 ports=[],
                 equal=equal,
-                states=self.led.get(number, []),
+                still=still,
+                states=tuple(self.led.get(number, ())),
             )
         graph.nodes[name]["ports"] += map(self.opened.name, net.ends)
         for end in net.ends:

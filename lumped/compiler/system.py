@@ -112,15 +112,16 @@ class System(Shared, RichHtml):
         An edge has the ``ports`` of a part in a joint, each with its role: "line", "support", "in"
         or "out". A part has ``kind``, ``parameters``, ``quantities``, ``states``, and ``left_out``,
         states that are not computed, with the reasons; it is named by its path. A joint is what is
-        connected, or a port left open, and has ``kind``, ``quantities``, ``ports``, ``states``, and
-        ``equal``, the quantity that its potential is up to the sign; None if it is zero.
+        connected, or a port left open, and has ``kind``, ``quantities``, ``ports``, ``states``,
+        ``equal``, the quantity that its potential is up to the sign, or None, and ``still``: its
+        potential is zero, or a position that never changes, so that no power passes.
 
         Parameters
         ----------
         depth : int, optional
             Composites at this depth are parts; default is to see through all of them.
         reduced : bool
-            Ports whose potential is the same up to its sign, or zero, are in one joint.
+            Ports whose potential is the same up to its sign are in one joint, and what is still.
 
         Returns
         -------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from pathlib import Path
 from typing import Literal
 
@@ -124,7 +124,9 @@ def _find(plan: Netlist, mark: Iterable[str]) -> set[str]:
     return marked
 
 
-def draw(plan: Netlist, routed: Routed, values: Mapping[str, str], marked: set[str]) -> Figure:
+def draw(
+    plan: Netlist, routed: Routed, values: Mapping[str, str], marked: Set[str] = frozenset()
+) -> Figure:
     """Draw the items with their values, and the wires; what is marked on a coloured ground."""
     width = max(routed.size[0] + 2 * MARGIN, 3.2)
     height = routed.size[1] + HEAD + FOOT
