@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.compiler.graph import connection_graph
 from lumped.compiler.report import Report, report_on, shorten
 from lumped.compiler.structure import Name, Recipe, Structure
 from lumped.errors import UnknownNameError
@@ -24,6 +25,9 @@ from lumped.reduction.state_selection import RANK
 from lumped.support.made_once import Recent, Shared, made_once
 from lumped.support.process_lock import process_lock
 from lumped.support.rich_html import RichHtml
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 Changes = Mapping[str, float] | Mapping[Name, float]
 _FUNCTIONS = 64
@@ -101,6 +105,29 @@ class System(Shared, RichHtml):
     def report(self) -> Report:
         """What the reduction did: counts, states and why they are, blocks, times."""
         return report_on(self.structure, self.state_names, self.seconds)
+
+    def graph(self, *, depth: int | None = None, reduced: bool = False) -> nx.Graph:
+        """Parts and joints of the model as a graph of networkx, made anew each time.
+
+        An edge has the ``ports`` of a part in a joint, each with its role: "line", "support", "in"
+        or "out". A part has ``kind``, ``parameters``, ``quantities``, ``states``, and ``left_out``,
+        states that are not computed, with the reasons; it is named by its path. A joint is what is
+        connected, or a port left open, and has ``kind``, ``quantities``, ``ports``, ``states``,
+        ``equal``, the quantity that its potential is up to the sign, or None, and ``still``: its
+        potential is zero, or a position that never changes, so that no power passes.
+
+        Parameters
+        ----------
+        depth : int, optional
+            Composites at this depth are parts; default is to see through all of them.
+        reduced : bool
+            Ports whose potential is the same up to its sign are in one joint, and what is still.
+
+        Returns
+        -------
+        networkx.Graph
+        """
+        return connection_graph(self.structure, depth, reduced=reduced)
 
     # -- symbols and functions -----------------------------------------------------------------
 

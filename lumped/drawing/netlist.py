@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from lumped.compiler.system import System
 from lumped.flattening.connection_sets import Joints, join
+from lumped.flattening.nets import SIGNAL as SIGNAL
+from lumped.flattening.nets import End, Opened
 from lumped.flattening.tree import Tree
 from lumped.language.component import Component
 from lumped.language.declared import ports_of
-from lumped.language.quantity import Input, Output
 
-SIGNAL = "signal"
 PORT = "port"
 
 
@@ -91,9 +91,6 @@ class Netlist:
     nets: list[Net]
 
 
-_Terminal = tuple[int, str, bool]  # node, name of the port or signal, seen from inside
-
-
 def netlist(model: Component | System, depth: int | None = None) -> Netlist:
     """Items and nets of a model, composites opened down to a depth.
 
@@ -120,22 +117,18 @@ def netlist(model: Component | System, depth: int | None = None) -> Netlist:
 class _Builder:
     def __init__(self, tree: Tree, joints: Joints, depth: int | None) -> None:
         self.tree, self.joints = tree, joints
-        self.number = {id(node): i for i, node in enumerate(tree.instances)}
+        self.opened = Opened(tree, joints, depth)
         self.items: dict[int, Item] = {}
         self.frames: dict[int, Frame] = {}
         self.ports: dict[tuple[int, str], Item] = {}
-        depths: list[int] = []
-        for i, node in enumerate(tree.instances):
-            up = node.parent
-            depths.append(0 if up < 0 else depths[up] + 1)
-            if up >= 0 and up not in self.frames:
-                continue
+        for i in sorted(self.opened.parts | self.opened.composites):
+            node, up = tree.instances[i], tree.instances[i].parent
             label = node.path.removeprefix(tree.instances[up].path).lstrip(".") if i else ""
-            if (node.children or up < 0) and (depth is None or depths[i] < max(depth, 1)):
+            if i in self.opened.composites:
                 frame = self.frames[i] = Frame(node.path, label)
                 if up >= 0:
                     self.frames[up].frames.append(frame)
-            if i not in self.frames or not node.children:
+            if i in self.opened.parts:
                 cls = type(node.component)
                 name, ports = cls.__name__, tuple(ports_of(node.component))
                 item = Item(node.path, label or name, cls.symbol, name, i, ports)
@@ -143,84 +136,25 @@ class _Builder:
                 self.frames.setdefault(i if up < 0 else up, Frame("", "")).items.append(item)
 
     def build(self) -> Netlist:
-        nets = [*self._port_nets(), *self._signal_nets()]
+        nets = [
+            Net(net.kind, [(self._item(end), end.name, end.role) for end in net.ends])
+            for net in self.opened.find_nets()
+        ]
         for unknown, name in self.joints.grounded:
-            node = self.tree.node_of_unknown(unknown)
-            number = self.number[id(node)]
+            number = self.tree.number_of_unknown(unknown)
             port = name.rpartition(".")[2]
             item = self.items.get(number) or self.ports.get((number, port))
             if item is not None:
-                item.grounded[port] = ports_of(node.component)[port].kind
+                item.grounded[port] = ports_of(self.tree.instances[number].component)[port].kind
         top = self.frames[0]
         return Netlist(type(self.tree.model).__name__, top, [n for n in nets if len(n.ends) > 1])
 
-    def _edge(self, number: int, name: str) -> Item:
-        """A port of an opened composite, drawn because it is open on one side."""
-        if (number, name) not in self.ports:
-            path = self.tree.instances[number].name(name)
-            item = self.ports[number, name] = Item(path, name, PORT, PORT, number)
-            self.frames[number].items.append(item)
-        return self.ports[number, name]
-
-    def _port_nets(self) -> Iterable[Net]:
-        from networkx.utils import UnionFind
-
-        tree = self.tree
-        joined: dict[_Terminal, int] = {}
-        for g, (flows, signs, _) in enumerate(self.joints.sums):
-            for flow, sign in zip(flows, signs, strict=True):
-                node = tree.node_of_unknown(flow)
-                name = node.layout.ports[(flow - node.first_unknown) // 2]
-                if len(flows) > 1:
-                    joined[self.number[id(node)], name, sign < 0] = g
-        trunks = UnionFind()
-        for number, name, inner in joined:
-            through = number in self.frames and number not in self.items
-            if inner and through and (number, name, False) in joined:
-                trunks.union(joined[number, name, True], joined[number, name, False])
-        nets: dict[int, Net] = {}
-        for (number, name, inner), g in joined.items():
-            node = tree.instances[number]
-            port = ports_of(node.component)[name]
-            if number in self.items:
-                if inner:
-                    continue
-                end = (self.items[number], name, "support" if port.grounded else "line")
-            elif number in self.frames and (number, name, not inner) not in joined:
-                end = (self._edge(number, name), name, "line")
-            else:
-                continue
-            nets.setdefault(trunks[g], Net(port.kind, [])).ends.append(end)
-        return nets.values()
-
-    def _signal_nets(self) -> Iterable[Net]:
-        from networkx.utils import UnionFind
-
-        tree = self.tree
-        joined = UnionFind()
-        for a, b, _ in self.joints.equal:
-            if isinstance(tree.quantity(a), Input | Output):
-                joined.union(a, b)
-        members: dict[int, list[int]] = {}
-        for unknown in joined:
-            members.setdefault(joined[unknown], []).append(unknown)
-        nets = []
-        for group in members.values():
-            net = Net(SIGNAL, [])
-            nodes = [tree.node_of_unknown(u) for u in group]
-            inside = {node.parent for node in nodes}
-            numbers = {self.number[id(node)] for node in nodes}
-            for unknown, node in zip(group, nodes, strict=True):
-                number = self.number[id(node)]
-                name = node.layout.names[unknown - node.first_unknown]
-                gives = isinstance(node.layout.quantities[unknown - node.first_unknown], Output)
-                if number in self.items:
-                    net.ends.append((self.items[number], name, "out" if gives else "in"))
-                elif number in self.frames:
-                    beside = sum(n.parent == node.parent for n in nodes) > 1
-                    within, around = number in inside, beside or node.parent in numbers
-                    if within != around:
-                        role = "out" if gives != within else "in"
-                        net.ends.append((self._edge(number, name), name, role))
-            nets.append(net)
-        return nets
+    def _item(self, end: End) -> Item:
+        """The part of an end, or the port of an open composite, drawn as it is open on one side."""
+        if end.part in self.items:
+            return self.items[end.part]
+        key = end.part, end.name
+        if key not in self.ports:
+            self.ports[key] = Item(self.opened.name(end), end.name, PORT, PORT, end.part)
+            self.frames[end.part].items.append(self.ports[key])
+        return self.ports[key]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from pathlib import Path
 from typing import Literal
 
@@ -21,7 +21,7 @@ from lumped.drawing.routing import CELL, Point, Routed, route, text_place
 from lumped.drawing.strokes import Symbol
 from lumped.drawing.symbols import GROUND, SYMBOLS
 from lumped.drawing.terminals import Terminal
-from lumped.errors import OptionError
+from lumped.errors import OptionError, nearest
 from lumped.language.component import Component
 from lumped.plots.matplotlib_figure import NotebookFigure, plain_text
 from lumped.support.arguments import checked
@@ -38,6 +38,7 @@ STYLES = {  # colour, width in points, name in the legend
     SIGNAL: ("#2b7a3d", 0.7, "signal"),
 }
 OTHER = ("#5b2a86", 1.0, "other")
+MARK = "#ffd166"
 Ends = list[tuple[Terminal, Point]]
 """Ports of a symbol, and where they are."""
 
@@ -50,6 +51,7 @@ def schematic(
     depth: int | None = None,
     columns: int = WIDEST,
     values: Mapping[str, str] | None = None,
+    mark: Iterable[str] = (),
 ) -> Figure:
     """Drive-train schematic: symbols along the shaft line, frames around composites.
 
@@ -68,6 +70,9 @@ def schematic(
         Parts side by side before a chain is continued below.
     values : mapping of str to str, optional
         Texts above symbols, by the paths of their components, such as ``{"rotor": "3 kg.m2"}``.
+    mark : iterable of str, optional
+        Parts and ports to stand out, the latter with all that is joined there; a path in
+        ``system.graph()``, for example.
 
     Returns
     -------
@@ -77,7 +82,8 @@ def schematic(
     ------
     OptionError
         If the depth or the number of columns is less than 1, a component names a symbol that does
-        not exist, or the ending of the path is no format of pictures.
+        not exist, what is to be marked is not in the picture, or the ending of the path is no
+        format of pictures.
     ConnectError
         If connections are faulty.
     """
@@ -95,7 +101,7 @@ def schematic(
                 f"Known: {', '.join(SYMBOLS)}."
             )
     values = values or {}
-    figure = draw(plan, route(plan, place(plan, columns), values), values)
+    figure = draw(plan, route(plan, place(plan, columns), values), values, _find(plan, mark))
     if path is not None:
         ending = Path(path).suffix.removeprefix(".")
         if ending not in figure.canvas.get_supported_filetypes():
@@ -108,8 +114,20 @@ def schematic(
     return figure
 
 
-def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
-    """Draw the items with their values, and the wires."""
+def _find(plan: Netlist, mark: Iterable[str]) -> set[str]:
+    """Names that are marked, all of them in the picture."""
+    items, marked = list(plan.top.all_items()), set(mark)
+    known = {item.path for item in items} | {_name(i, port) for i in items for port in i.ports}
+    known |= {_name(item, port) for net in plan.nets for item, port, _ in net.ends}
+    for name in sorted(marked - known):
+        raise OptionError(f"schematic: mark = '{name}' is not shown. {nearest(name, known)}")
+    return marked
+
+
+def draw(
+    plan: Netlist, routed: Routed, values: Mapping[str, str], marked: Set[str] = frozenset()
+) -> Figure:
+    """Draw the items with their values, and the wires; what is marked on a coloured ground."""
     width = max(routed.size[0] + 2 * MARGIN, 3.2)
     height = routed.size[1] + HEAD + FOOT
     figure = NotebookFigure((width, height))
@@ -123,7 +141,10 @@ def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
     for net, wires in zip(plan.nets, routed.wires, strict=True):
         colour, thick, _ = STYLES.get(net.kind, OTHER)
         _path(axes, [list(wire) for wire in wires], colour, thick, 3)
-        axes.patches[-1].set_gid(" = ".join(_name(item, port) for item, port, _ in net.ends))
+        names = [_name(item, port) for item, port, _ in net.ends]
+        axes.patches[-1].set_gid(" = ".join(names))
+        if not marked.isdisjoint(names):
+            _path(axes, [list(wire) for wire in wires], MARK, thick + 5, 1.5)
         dots = _dots(wires)
         if dots:
             axes.plot(*zip(*dots, strict=True), ".", color=colour, ms=3 + 2 * thick, zorder=3)
@@ -132,6 +153,10 @@ def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
         ends[port.item].append((port, point))
     for item, centre in routed.centres.items():
         _symbol(axes, item, centre, ends[item])
+        if item.path in marked:
+            (x, y), (half, up) = centre, (CELL[0] / 2, CELL[1] / 2)
+            edges = [(x - half, y - up), (x + half, y - up), (x + half, y + up), (x - half, y + up)]
+            _path(axes, [[*edges, edges[0]]], MARK, 0.0, 1.5, MARK)
         if item.path in values:
             text = _write(axes, plain_text(values[item.path]), 5, centre, ends[item], "T")
             text.set_gid(f"value of {item.path}")

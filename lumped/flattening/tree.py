@@ -306,8 +306,11 @@ class Tree:
 
     def node_of_unknown(self, number: int) -> Instance:
         """Component that declares an unknown."""
-        after = bisect_right(self.instances, number, key=attrgetter("first_unknown"))
-        return self.instances[after - 1]
+        return self.instances[self.number_of_unknown(number)]
+
+    def number_of_unknown(self, number: int) -> int:
+        """Number of the component that declares an unknown."""
+        return bisect_right(self.instances, number, key=attrgetter("first_unknown")) - 1
 
     def unknown_name(self, number: int) -> str:
         """Dotted name of an unknown."""

@@ -5,9 +5,11 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from pathlib import Path
 
+import networkx as nx
 import numpy as np
 import pytest
 from library_rigs import LIBRARY
+from matplotlib.colors import to_rgba
 from rows import in_a_row
 from schematic_drives import DRIVES, long_chain
 
@@ -17,6 +19,7 @@ from lumped.components import Fixed, Inertia, Spring
 from lumped.drawing.netlist import netlist
 from lumped.drawing.placing import place
 from lumped.drawing.routing import Routed, route
+from lumped.drawing.schematic import MARK
 from lumped.drawing.symbols import SYMBOLS
 from lumped.language.connection import label
 from lumped.language.port import Port
@@ -223,6 +226,7 @@ class Odd(Inertia):
         ({"model": lp.compose(body=Odd(J=1.0))}, r"body \(Odd\).*'inertja'.*inertia"),
         *(({"depth": depth}, "depth") for depth in (0, -1, 1.5)),
         ({"columns": 0}, "columns = 0"),
+        ({"model": in_a_row(rotor=Inertia(J=1.0)), "mark": ["roter"]}, "mark = 'roter'.*rotor"),
         ({"path": "model.txt"}, "give an ending such as .svg or .png"),
     ],
 )
@@ -246,6 +250,28 @@ def test_values_stand_above_their_components_only():
     value, name = shown[r"3 kg.m2 \$x\$"], shown["rotor"]
     assert value[0] == name[0]
     assert value[1] < name[1]  # the axis points down
+
+
+def coloured(figure) -> list:
+    return [p for p in figure.axes[0].patches if p.get_edgecolor() == to_rgba(MARK)]
+
+
+def test_parts_and_joints_that_are_marked_stand_on_a_coloured_ground():
+    model = in_a_row(rotor=Inertia(J=3.0), shaft=Spring(c=1.0), other=Inertia(J=2.0))
+    way = nx.shortest_path(lp.assemble(model).graph(), "rotor", "shaft")
+    figure = lp.schematic(model, mark=way)
+    plain = lp.schematic(model)
+    centres = {
+        p.get_gid(): p.get_path().get_extents().get_points().mean(axis=0)
+        for p in figure.axes[0].patches
+        if p.get_gid() in {"rotor", "shaft", "other"}
+    }
+    grounds = [p.get_path().get_extents() for p in coloured(figure)]
+    below = {n: sum(bool(g.contains(*c)) for g in grounds) for n, c in centres.items()}
+    assert below == {"rotor": 1, "shaft": 1, "other": 0}
+    assert len(grounds) == 3  # two parts and what joins them
+    assert not coloured(plain)
+    assert len(figure.axes[0].patches) == len(plain.axes[0].patches) + 3
 
 
 @pytest.mark.parametrize("columns", [3, 5, 30])
