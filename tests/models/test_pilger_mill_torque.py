@@ -1,14 +1,13 @@
 """Cold pilger mill LG90: rods by (9) to (12), parts of the torque by (29) and (30), the optimum."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from checks import apart
 from pilger_turns import L1, E, L, R, data, turn
 
+import lumped as lp
 from lumped.models.pilger_mill import stand
-from lumped.models.pilger_mill.design import find_weighted_optimum
+from lumped.models.pilger_mill.design import RANGES, find_weighted_optimum, run_revolution
 from lumped.models.pilger_mill.stand import AsPrinted
 from lumped.models.pilger_mill.torque import rod_motion, split_torque
 
@@ -60,21 +59,31 @@ class TestTurn:
         assert received == pytest.approx(expected, rel=1e-12)
 
 
-@cache
-def optimum(name):
-    return find_weighted_optimum(name)
-
-
 @pytest.mark.parametrize(
     ("name", "m2", "U", "objective"),
     [("F", 7237.6, 3138.15, 2.00219), ("P", 7143.7, 3146.31, 2.01675)],
 )
 def test_weighted_optimum_by_ipopt_is_that_of_the_reference(name, m2, U, objective):
-    found = optimum(name)
+    found = find_weighted_optimum(name)
     # two methods of the reference differ by so much
     assert abs(found.parameters["m2"] - m2) < 0.3
     assert abs(found.parameters["U"] - U) < 0.1
     assert abs(found.objective - objective) < 2e-5
+
+
+@pytest.mark.parametrize(
+    ("name", "light", "F10", "even", "F20"),
+    [("F", 7237.7, 312592, 7156.6, 84352.8), ("P", 6683.1, 58727.7, 7143.7, 84441.4)],
+)
+def test_ends_of_the_front_are_the_single_optima_of_the_reference(name, light, F10, even, F20):
+    aims = lp.functionals.peak("force"), lp.functionals.swing("torque")
+    front = lp.optimisation.pareto(run_revolution(name), vary=RANGES, minimise=aims, count=2)
+    for design, mass in zip(front.designs, (light, even), strict=True):
+        assert abs(design.parameters["m2"] - mass) < 0.3
+    assert front.values[0, 0] == pytest.approx(F10, rel=1e-5)
+    assert front.values[1, 1] == pytest.approx(F20, rel=2e-5)
+    if name == "P":
+        assert abs(front.designs[0].parameters["U"] - 3084.42) < 0.1
 
 
 def test_rows_have_the_closed_forms_beside_them(machine_rows):
