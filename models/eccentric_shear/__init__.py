@@ -170,18 +170,19 @@ def _starts() -> Iterator[Row]:
     """Start and stop in idle periods, which the ellipses hardly influence by the conclusions."""
     load, bare = "the idle torque, over a ratio below 1", "by the inertia alone"
     sizes = (
-        ("time", "s", "as wanted", lambda found: found.time),
-        ("greatest motor torque", "kN.m", load, lambda found: found.peak / 1e3),
-        ("work of the motor", "kJ", load, lambda found: found.work / 1e3),
+        ("time", "s", "as wanted", "time", 1.0),
+        ("greatest motor torque", "kN.m", load, "peak", 1e3),
+        ("work of the motor", "kJ", load, "work", 1e3),
     )
-    without = (("greatest torque without idle torque", "kN.m", bare, sizes[1][3]),)
+    without = (("greatest torque without idle torque", "kN.m", bare, "peak", 1e3),)
     for torque, wanted in ((stand.IDLE, sizes), (0.0, without)):
         runs = {e: duty.split_turn(duty.start_stop(e, torque)) for e in (0.0, ELLIPSES[1])}
         for i, phase in enumerate(("start", "stop")):
-            for quantity, unit, remark, size in wanted:
+            for quantity, unit, remark, field, scale in wanted:
                 for e, found in runs.items():
                     name = f"{phase}, {quantity}, e = {e:g}"
-                    yield Row(name, unit, None, size(found[i]), STARTS, remark)
+                    value = getattr(found[i], field) / scale
+                    yield Row(name, unit, None, value, STARTS, remark)
 
 
 def reductions(
