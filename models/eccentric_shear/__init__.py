@@ -21,7 +21,7 @@ import numpy as np
 import lumped as lp
 from lumped.models import Machine, Row
 from lumped.models.about import Measure, Motor, find_shared, number_values, read_about
-from lumped.models.eccentric_shear import scenes, stand
+from lumped.models.eccentric_shear import duty, scenes, series, stand
 
 ANGLES = "angles of the cycle [P]"
 FIGURE = "figure 3 and its text [P]"
@@ -32,6 +32,9 @@ CLAIM = "2.5 to 3 for e = 0.4 to 0.5; idle torque fitted [I]"
 SHAPE = "(1 + e) / (1 - e) at the middle of the cut; idle torque fitted [I]"
 CUTS = "4 cuts/min, printed beside 1.05 rad/s, but without pauses 0.419 rad/s"
 LOAD = "1.6 to 1.7 for e = 0.4 to 0.5, ends in any order; idle torque fitted [I]"
+SERIES = "20 harmonics do not explain the gap to the claim; idle torque fitted [I]"
+CONCLUSION = "conclusions [P]"
+STARTS = "not published, motor and ramp of 0.5 s [A]"
 MOTORS = "J_mx is illegible; the claims fit 5.4 as well as 54 t.m2 [I]"
 EVEN = "1.6 to 1.7 for e = 0.4 to 0.5; the other reading, at constant motor speed [I]"
 TOO_WIDE = "impossible: at most 1.79 without inertia; a rectangle of 68 deg is too wide"
@@ -52,7 +55,7 @@ def printed_phase(eps: float) -> float:
 
 def rows() -> list[Row]:
     """Published and computed numbers; reductions are those against e = 0."""
-    return [*_geometry(), *_reductions(), *_free()]
+    return [*_geometry(), *_reductions(), *_free(), *_idle_and_work(), *_starts()]
 
 
 def _geometry() -> list[Row]:
@@ -94,6 +97,9 @@ def _reductions() -> Iterator[Row]:
         for e, printed, value in zip(ELLIPSES, published, reductions(**options), strict=True):
             row = Row(f"{name}, e = {e:g}", "1", printed, value, FIGURE, remark)
             yield row._replace(fitted="fitted" in remark)
+    for e, printed, value in zip(ELLIPSES, PEAKS, series.reduce_peaks(ELLIPSES), strict=True):
+        name = f"greatest torque, inertia by (7), reduction, e = {e:g}"
+        yield Row(name, "1", printed, value, FIGURE, SERIES, fitted=True)
     even_peak = scenes.turn(scenes.CrankTurned, **WIDE).peak
     mistaken = (
         scenes.turn(scenes.CrankTurned, e, slowest=printed_phase(e), **WIDE).peak / even_peak
@@ -137,6 +143,46 @@ def _free() -> list[Row]:
         Row(over_cut, "1", None, printed, MOTOR, above),
         Row(other, "1", None, guided, MOTOR, reading),
     ]
+
+
+def _idle_and_work() -> Iterator[Row]:
+    """Shares of a turn at constant motor speed, and what the motor feels while idle."""
+    shares = {e: duty.working_share(e) for e in (0.0, *ELLIPSES)}
+    closed = "{:.2f} by 2/pi arctan((1 + e)/(1 - e) tan(a/4)), cut a = 58 deg 25 min".format
+    for (e, share), by_hand in zip(shares.items(), (16.23, 34.78, 42.24), strict=True):
+        name = f"even motor, share of the cut in a turn, e = {e:g}"
+        yield Row(name, "%", None, 100 * share, RIGHT, closed(by_hand))
+    for e in ELLIPSES:
+        longer, shorter = shares[e] / shares[0.0], (1 - shares[e]) / (1 - shares[0.0])
+        ratio = f"2 to 3 times the ratio, {(1 + e) / (1 - e):.2f} at its greatest"
+        name = f"even motor, working time over that of circles, e = {e:g}"
+        mean = f"{ratio}; in proportion to its mean over the cut"
+        yield Row(name, "1", None, longer, CONCLUSION, mean, bounds=(2.0, 3.0))
+        name = f"even motor, idle time over that of circles, e = {e:g}"
+        yield Row(name, "1", None, shorter, RIGHT, "falls, but not 2 to 3 times")
+    for e in (0.0, *ELLIPSES):
+        name = f"greatest motor torque while idle, e = {e:g}"
+        remark = "idle torque over the ratio; its changes are called not large"
+        yield Row(name, "kN.m", None, duty.idle_peak(e) / 1e3, RIGHT, remark)
+
+
+def _starts() -> Iterator[Row]:
+    """Start and stop in idle periods, which the ellipses hardly influence by the conclusions."""
+    load, bare = "the idle torque, over a ratio below 1", "by the inertia alone"
+    sizes = (
+        ("time", "s", "as wanted", "time", 1.0),
+        ("greatest motor torque", "kN.m", load, "peak", 1e3),
+        ("work of the motor", "kJ", load, "work", 1e3),
+    )
+    without = (("greatest torque without idle torque", "kN.m", bare, "peak", 1e3),)
+    for torque, wanted in ((stand.IDLE, sizes), (0.0, without)):
+        runs = {e: duty.split_turn(duty.start_stop(e, torque)) for e in (0.0, ELLIPSES[1])}
+        for i, phase in enumerate(("start", "stop")):
+            for quantity, unit, remark, field, scale in wanted:
+                for e, found in runs.items():
+                    name = f"{phase}, {quantity}, e = {e:g}"
+                    value = getattr(found[i], field) / scale
+                    yield Row(name, unit, None, value, STARTS, remark)
 
 
 def reductions(

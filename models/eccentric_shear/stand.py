@@ -39,6 +39,7 @@ from lumped.components import (
     Inertia,
     PickUp,
     PulseTorque,
+    SignTorque,
     Torque,
     translation,
 )
@@ -244,7 +245,7 @@ class Loaded(lp.Component):
     eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
     slowest: lp.Param = lp.param("rad", "crank angle at which the crank is slowest", CENTRE_SINE)
     shear: Shear = PrintedShear()
-    idle: Torque = Torque(tau=-IDLE)
+    idle: Torque | SignTorque = Torque(tau=-IDLE)
     cut: PulseTorque = HALF_SINE
     mesh: IdealGear = IdealGear(ratio=-1.0)
     gear: EllipticalGear = EllipticalGear(e=eps, phase=slowest_at(slowest, eps))

@@ -16,6 +16,8 @@ from lumped.models import Machine, Row
 from lumped.models.about import Measure, Motor, find_shared, read_about
 from lumped.models.pilger_mill import drive, stand
 from lumped.models.pilger_mill.balance import Balance, balance
+from lumped.models.pilger_mill.design import find_weighted_optimum
+from lumped.models.pilger_mill.torque import rod_motion, split_torque
 from lumped.models.sources import Given
 
 TABLE = "table 2 [P]"
@@ -43,6 +45,7 @@ DIFFERENCE = "table 2, after less before [P]"
 FLAT = "set fitted to it [I], which leaves the optimum of a flat function loose: {best:.1f} {unit}"
 RESTORED = "not published [R]"
 CHOSEN = "not published, set [I]"
+NECKS = "not published, rolling force and neck [A]"
 MOTOR = "not published, motor and gear [A]"
 TWO_CYCLES = 1.8771169117  # s
 FINE = 14400  # points of a revolution
@@ -61,6 +64,7 @@ def rows() -> list[Row]:
     ]
     for name in ("F", "P"):
         found += _compare(name)
+    found += [row._replace(quantity=f"set P, {row.quantity}") for row in _turn()]
     run = drive.running(until=TWO_CYCLES, grid=4000, rtol=1e-9)
     torque = run["motor.tau"]
     phi = run["mill.crank.phi"][-1] / (2 * np.pi)
@@ -142,6 +146,7 @@ def _optimum(name: str) -> Iterator[Row]:
         ("objective, best design", "1", paper.objective(best), bound),
         ("least foundation force of all designs", "N", force, f"at m2 = {light:.1f} kg"),
         ("least torque fluctuation of all designs", "N.m", least, f"at m2 = {even:.1f} kg"),
+        *_by_ipopt(name),
         ("inertia torque as printed", "kN.m", _swing(name, stand.AsPrinted), crest),
         ("inertia torque, exact", "kN.m", _swing(name, stand.Mill), crest),
     ):
@@ -149,6 +154,39 @@ def _optimum(name: str) -> Iterator[Row]:
     for design, u in VECTORS.items():
         label, value = f"torque fluctuation {design}, exact and with gravity", exact.fluctuation(u)
         yield Row(label, "N.m", None, value / ratio, CHOSEN, "the source leaves gravity out")
+
+
+def _by_ipopt(name: str) -> Iterator[tuple[str, str, float, str]]:
+    """The optimum by another method than that of `Balance`."""
+    best, method = find_weighted_optimum(name), "F1/F10 + F2/F20 by IPOPT, not linear programmes"
+    yield "counterweight of the optimum, nonlinear programme", "kg", best.parameters["m2"], method
+    yield "sector moment of the optimum, likewise", "kg.m", best.parameters["U"], method
+
+
+def _turn() -> Iterator[Row]:
+    """Rods by (9) to (12) and parts of the torque by (29) and (30) over a turn of set P."""
+    w = stand.SPEED["P"]
+    system = stand.turn_mill(stand.mill("P", kind=stand.AsPrinted), w * lp.time)
+    run = stand.revolution(system, w, np.arange(0.0, 360.25, 0.5))
+    rods, parts = rod_motion(run), split_torque(run, w)
+    for key, label, degrees, reference in (
+        ("wL", "speed of the stand's rods at 0 deg (9)", 0, "0.93296 from R, L and e"),
+        ("wL1", "speed of the counterweight's rods at 90 deg (10)", 90, "-1.16268, R w / L1"),
+        ("xiL", "acceleration of the stand's rods at 90 deg (11)", 90, "-6.38348 likewise"),
+        ("xiL1", "acceleration of the counterweight's rods at 0 deg (12)", 0, "-7.91016 likewise"),
+    ):
+        unit, value = "rad/s2" if key.startswith("xi") else "rad/s", rods[key][2 * degrees]
+        yield Row(label, unit, None, float(value), CHOSEN, reference)
+    rolls, necks, idle = (parts[key] / 1e3 for key in ("rolling", "necks", "idle"))
+    wrong, drives = "(29) has P f d, twice as much", "(30) takes mu M, which drives where M < 0"
+    for label, value, place, remark in (
+        ("rolling torque at the crank, greatest", rolls.max(), NECKS, "2 (wG / w) MZ"),
+        ("friction of the necks at the crank, greatest", necks.max(), NECKS, "from P f d / 2"),
+        ("friction of the necks as printed, greatest", 2 * necks.max(), NECKS, wrong),
+        ("idle friction at the crank, greatest", idle.max(), CHOSEN, "mu M"),
+        ("idle friction at the crank, least", idle.min(), CHOSEN, drives),
+    ):
+        yield Row(label, "kN.m", None, float(value), place, remark)
 
 
 def _swing(name: str, kind: type[stand.Mill]) -> float:
