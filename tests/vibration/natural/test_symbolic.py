@@ -10,6 +10,8 @@ from rows import assemble_row, in_a_row
 import lumped as lp
 from lumped.components import Clutch, CrankSlider, Fixed, IdealGear, Inertia, Spring, SpringDamper
 from lumped.errors import OptionError
+from lumped.models.reversing_mill import stand
+from lumped.models.reversing_mill.stand import OpenGap
 
 
 def value(formula, numbers):
@@ -80,3 +82,22 @@ def test_what_has_no_formula_is_refused():
     )
     refused(OptionError, lambda: lp.expression(system, "der(a.w)"), "modes")
     refused(OptionError, lambda: lp.expression(system, "der(nothing)"), "is no state")
+
+
+def test_separate_branches_without_a_damper_have_formulas():
+    system = lp.assemble(OpenGap())
+    found = lp.vibration.symbolic_frequencies(system)
+    upper, lower = (
+        np.sqrt(np.linalg.eigvalsh(np.diag(J**-0.5) @ K @ np.diag(J**-0.5)))[1:]
+        for J, K in branches()
+    )
+    expected = np.sort([*upper, *lower])
+    assert [value(f, system.parameters) for f in found] == pytest.approx(expected, rel=1e-12)
+
+
+def branches():
+    """Inertias and stiffnesses of both halves of the open stand."""
+    C1, C2 = float(stand.C_SHAFT), float(stand.C_SPINDLE)
+    J1, J3, J = float(stand.J_MOTOR), float(stand.J_GEARBOX), float(stand.J_BACKUP + stand.J_WORK)
+    yield np.array([J1, J3, J]), np.array([[C1, -C1, 0], [-C1, C1 + C2, -C2], [0, -C2, C2]])
+    yield np.array([J1 + J3, J]), np.array([[C2, -C2], [-C2, C2]])
