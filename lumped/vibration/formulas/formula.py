@@ -6,7 +6,7 @@ import re
 import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, Literal
 
 import casadi as ca
@@ -59,7 +59,7 @@ class Formula:
             found = found.subs(part, value)
         return found
 
-    @property
+    @cached_property
     def casadi(self) -> ca.SX:
         """The expression in CasADi, its symbols listed by ``casadi.symvar``."""
         symbols = {name: ca.SX.sym(name) for name in self.names}
@@ -76,8 +76,8 @@ class Formula:
         Parameters
         ----------
         numbers : mapping of str to number, optional
-            Values of names that are no parameters, or that differ from those of the model; complex
-            ones and arrays are permitted.
+            Values of names that are no parameters, or that differ from those of the model, such as
+            those of a mode; complex ones and arrays are permitted.
 
         Returns
         -------
@@ -94,7 +94,8 @@ class Formula:
         if missing:
             raise UnknownNameError(f"{self.name}: give values of {', '.join(missing)}.")
         for name in given:
-            if name not in self.names and name not in self.numbers:
+            of_modes = name in ("omega", "s") or name.startswith(("phi.", "psi."))
+            if not of_modes and name not in self.names and name not in self.numbers:
                 raise UnknownNameError(f"{self.name}: there is no '{name}' in the formula.")
         found = self._evaluate({name: known[name] for name in self.names}, _NUMPY)
         return np.array(found) if hasattr(self.expression, "shape") else found
@@ -248,8 +249,12 @@ def _wrap(head: str, expression: Any) -> str:
         lines = ["  ".join(t.ljust(w) for t, w in zip(r, width, strict=True)) for r in rows]
         return "\n".join([head.rstrip(), *(f"  [ {line} ]" for line in lines)])
     indent = " " * (len(head) - len(head.lstrip()) + 4)
+    words = [
+        word if len(word) < _WIDTH - 20 else re.sub(r"([*/])\(", r"\1 (", word)
+        for word in _text(expression).split()
+    ]
     return textwrap.fill(
-        head + _text(expression),
+        head + " ".join(words),
         _WIDTH,
         subsequent_indent=indent,
         break_long_words=False,

@@ -15,8 +15,12 @@ from lumped.compiler.energies import sum_stored
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
+from lumped.vibration.formulas.determinant import is_forest
 from lumped.vibration.formulas.to_sympy import convert, exact, load_sympy, shortest
 from lumped.vibration.rotating.masses import mechanical_states
+
+_BRANCHED = 4
+"""Twists up to which frequencies have closed formulas, for which rigid motions are left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +37,13 @@ class SecondOrder:
     B: Any
     F: Any
     X: Any
+
+    @property
+    def is_forest(self) -> bool:
+        """Whether its couplings close no circle."""
+        n = self.G.rows
+        both = {(i, j): 1 for i, j in np.ndindex(n, n) if self.G[i, j] != 0 or self.H[i, j] != 0}
+        return is_forest(both, n)
 
     def act(self, b: Any) -> Any:
         """What an input adds to the right, by its column of the states."""
@@ -128,9 +139,13 @@ class Matrices:
         if not self.A.extract(t, t).is_zero_matrix:
             return None
         X = _by_twists(B, V) if len(t) <= len(v) else None
-        if X is not None:
-            return SecondOrder(-B * X, -B * F, t, v, B, F, X)
-        return SecondOrder(-V, -F * B, t, v, B, F, None) if len(v) <= len(t) else None
+        by_speeds = SecondOrder(-V, -F * B, t, v, B, F, None)
+        if X is None:
+            return by_speeds if len(v) <= len(t) else None
+        by_twists = SecondOrder(-B * X, -B * F, t, v, B, F, X)
+        # three shafts that meet are a circle of twists, but none of angles
+        is_branched = len(t) > _BRANCHED and by_speeds.is_forest and not by_twists.is_forest
+        return by_speeds if is_branched else by_twists
 
     @cached_property
     def motion(self) -> tuple[Any, Any, Any]:

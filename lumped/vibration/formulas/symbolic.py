@@ -24,7 +24,7 @@ from lumped.vibration.formulas.polynomial import (
     polynomial_of,
     second_order_entries,
 )
-from lumped.vibration.formulas.to_sympy import exact, load_sympy, shortest
+from lumped.vibration.formulas.to_sympy import by_squares, exact, load_sympy, shortest
 from lumped.vibration.natural.symbolic import find_expression
 
 _MOST = 4
@@ -249,7 +249,7 @@ class SymbolicDrive:
         w, s = sympy.Symbol("omega"), sympy.Symbol("s")
 
         def form(matrix: Any) -> Any:
-            return shortest((left.T * matrix * right)[0, 0])
+            return by_squares((left.T * matrix * right)[0, 0])
 
         mass = form(M)
         if self._undamped:

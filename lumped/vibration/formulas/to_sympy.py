@@ -117,6 +117,19 @@ def shortest(found: Any) -> Any:
     return min([*ways, terms], key=lambda way: (sympy.count_ops(way), len(str(way))))
 
 
+def by_squares(form: Any) -> Any:
+    """A quadratic form of mode components by what it is linear in: ``c (a - b)^2 + ...``."""
+    sympy = load_sympy()
+    rest, found = sympy.expand(form), sympy.Integer(0)
+    for symbol in sorted(rest.free_symbols, key=str):
+        coefficient = rest.diff(symbol)
+        if str(symbol)[:4] in ("phi.", "psi.") or coefficient.has(symbol):
+            continue
+        found += symbol * sympy.factor(coefficient)
+        rest = sympy.expand(rest - symbol * coefficient)
+    return found + sympy.factor(rest)
+
+
 def _denominators(found: Any) -> list[Any]:
     """Powers of what divides an expression."""
     return [1 / factor for factor in load_sympy().fraction(found)[1].as_ordered_factors()]
