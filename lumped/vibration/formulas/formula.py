@@ -44,7 +44,7 @@ class Formula:
     numbers: Mapping[str, float] = field(default_factory=dict, repr=False)
     error: float = 0.0
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters and other symbols in it, sorted; parts are none."""
         known = {part for part, _ in self.parts}
@@ -63,7 +63,7 @@ class Formula:
     def casadi(self) -> ca.SX:
         """The expression in CasADi, its symbols listed by ``casadi.symvar``."""
         symbols = {name: ca.SX.sym(name) for name in self.names}
-        found = self._evaluate(symbols, _CASADI)
+        found = self._evaluate(symbols, self._compile(_CASADI))
         if not hasattr(self.expression, "shape"):
             return ca.SX(found)
         matrix: ca.SX = ca.sparsify(ca.vertcat(*(ca.horzcat(*row) for row in found)))
@@ -97,23 +97,38 @@ class Formula:
             of_modes = name in ("omega", "s") or name.startswith(("phi.", "psi."))
             if not of_modes and name not in self.names and name not in self.numbers:
                 raise UnknownNameError(f"{self.name}: there is no '{name}' in the formula.")
-        found = self._evaluate({name: known[name] for name in self.names}, _NUMPY)
+        found = self._evaluate({name: known[name] for name in self.names}, self._calls)
         return np.array(found) if hasattr(self.expression, "shape") else found
 
-    def _evaluate(self, symbols: Mapping[str, Any], functions: Mapping[str, Any]) -> Any:
+    @cached_property
+    def _calls(self) -> list[tuple[Any, list[Any], Any]]:
+        return self._compile(_NUMPY)
+
+    def _compile(self, functions: Mapping[str, Any]) -> list[tuple[Any, list[Any], Any]]:
+        """Functions of parts, then of entries: which part (or None), arguments, function."""
+        sympy = load_sympy()
+        whole = self.expression
+        entries = list(whole) if hasattr(whole, "shape") else [whole]
+        found = []
+        for part, each in [*self.parts, *((None, entry) for entry in entries)]:
+            used = sorted(each.free_symbols, key=str)
+            found.append((part, used, sympy.lambdify(used, each, [dict(functions)], dummify=True)))
+        return found
+
+    def _evaluate(self, symbols: Mapping[str, Any], calls: list[tuple[Any, list[Any], Any]]) -> Any:
         sympy = load_sympy()
         values: dict[Any, Any] = {sympy.Symbol(name): value for name, value in symbols.items()}
-
-        def value(expression: Any) -> Any:
-            used = sorted(expression.free_symbols, key=str)
-            call = sympy.lambdify(used, expression, [dict(functions)], dummify=True)
-            return call(*(values[symbol] for symbol in used))
-
-        for part, expression in self.parts:
-            values[part] = value(expression)
-        if hasattr(self.expression, "shape"):
-            return [[value(entry) for entry in row] for row in self.expression.tolist()]
-        return value(self.expression)
+        found = []
+        for part, used, call in calls:
+            value = call(*(values[symbol] for symbol in used))
+            if part is None:
+                found.append(value)
+            else:
+                values[part] = value
+        if not hasattr(self.expression, "shape"):
+            return found[0]
+        columns = self.expression.cols
+        return [found[k : k + columns] for k in range(0, len(found), columns)]
 
     @checked
     def shorten(self, share: float) -> Formula:

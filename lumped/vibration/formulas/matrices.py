@@ -229,7 +229,7 @@ def state_matrix(system: System, parameters: Changes | None) -> Matrices:
     Raises
     ------
     OptionError
-        If the drive is not linear.
+        If the drive is not linear, or a parameter has the name of a variable.
     """
     sympy = load_sympy()
     x = system.inputs[0]
@@ -238,6 +238,9 @@ def state_matrix(system: System, parameters: Changes | None) -> Matrices:
     theta = system.theta(parameters)
     names = system.structure.parameters.free_names
     numbers = dict(zip(names, theta.tolist(), strict=True))
+    for name in ("s", "lambda", "omega"):
+        if name in numbers:
+            raise OptionError(f"{system.name}: rename the parameter {name}, a symbol of formulas.")
     fixed = {system.key(name) for name in parameters or {}}
     given = {
         sympy.Symbol(name): exact(value)

@@ -85,22 +85,22 @@ class SymbolicDrive:
     coordinates: tuple[str, ...]
     _matrices: Matrices = field(repr=False)
 
-    @property
+    @cached_property
     def A(self) -> Formula:
         """State matrix, ``der(x) = A x``."""
         return self._formula("A", self._matrices.A.applyfunc(shortest))
 
-    @property
+    @cached_property
     def M(self) -> Formula:
         """Mass matrix, by the kinetic energy that components state (``stored``)."""
         return self._formula("M", self._matrices.motion[0])
 
-    @property
+    @cached_property
     def C(self) -> Formula:
         """Damping matrix, ``M q'' + C q' + K q = 0``."""
         return self._formula("C", self._matrices.motion[1])
 
-    @property
+    @cached_property
     def K(self) -> Formula:
         """Stiffness matrix."""
         return self._formula("K", self._matrices.motion[2])
@@ -285,13 +285,11 @@ class SymbolicDrive:
         theta = self.system.theta(parameters).tolist()
         numbers = dict(zip(self.system.parameters, theta, strict=True))
         M, C, K = (
-            np.array(Formula("", each, (), numbers)(), dtype=float)
-            for each in self._matrices.motion
+            np.array(each({k: numbers[k] for k in each.names}), dtype=float)
+            for each in (self.M, self.C, self.K)
         )
-        n, changed = (
-            len(M),
-            {self.system.key(k): numbers[self.system.key(k)] for k in parameters or {}},
-        )
+        n, keys = len(M), [self.system.key(name) for name in parameters or {}]
+        changed = {key: numbers[key] for key in keys}
         A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, np.hstack([K, C]))]])
         values, left, right = scipy.linalg.eig(A, left=True)
         size = np.abs(values)

@@ -110,11 +110,12 @@ def shortest(found: Any) -> Any:
     sympy = load_sympy()
     if found.is_Atom:
         return found
-    ways = [found, sympy.expand(found), sympy.factor(found)]
-    if found.has(sympy.sin, sympy.cos):
-        ways += [sympy.simplify(found), sympy.factor(sympy.trigsimp(found))]
-    terms = sympy.collect(sympy.expand(found), _denominators(ways[2]))
-    return min([*ways, terms], key=lambda way: (sympy.count_ops(way), len(str(way))))
+    if found.has(sympy.sin, sympy.cos):  # whose powers in terms may be thousands
+        ways = [found, sympy.factor(found), sympy.simplify(found)]
+    else:
+        terms, factors = sympy.expand(found), sympy.factor(found)
+        ways = [found, terms, factors, sympy.collect(terms, _denominators(factors))]
+    return min(ways, key=lambda way: (sympy.count_ops(way), len(str(way))))
 
 
 def by_squares(form: Any) -> Any:

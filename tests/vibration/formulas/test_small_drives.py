@@ -267,3 +267,19 @@ def test_all_ways_of_writing_say_the_same(name):
     (call,) = [f for f in names.values() if callable(f) and f.__module__ != "math"] or [names["p"]]
     assert call(*ordered) == pytest.approx(value, rel=1e-12)
     assert tex2mathml(formula.latex(), as_block=True).startswith("<math")
+
+
+@pytest.mark.parametrize("name", ["three geared", "four in a ring", "five geared"])
+def test_closed_frequencies_have_the_slopes_of_their_modes(name):
+    """Two formulations: the derivative of the closed formula, and Rayleigh's quotient of a mode."""
+    found = of(name)
+    p = next(each_set(name))
+    for k, formula in enumerate(found.frequencies):
+        symbols = ca.symvar(formula.casadi)
+        slopes = ca.Function("slopes", symbols, [ca.gradient(formula.casadi, ca.vertcat(*symbols))])
+        received = np.array(slopes(*(p[x.name()] for x in symbols))).ravel()
+        mode = found.mode(k, parameters=p)
+        for symbol, value in zip(symbols, received, strict=True):
+            key = symbol.name()
+            expected = found.slope(key)({**p, **mode})
+            assert abs(value - expected) < 1e-9 * mode["omega"] / p[key]
