@@ -159,10 +159,14 @@ class Matrices:
         system, name = self.system, self.system.name
         t, v = self.twists, self.speeds
         other = [s for i, s in enumerate(self.states) if i not in {*t, *v}]
-        if other or not self.A.extract(t, t).is_zero_matrix:
+        if other:
             raise OptionError(
-                f"{name}: {other[0] if other else self.states[t[0]]} is no angle, position or "
-                "speed of a mechanical drive, so M, C and K do not say all. Take A."
+                f"{name}: {other[0]} is no angle, position or speed, so M, C and K do not say all. "
+                "Take A."
+            )
+        if not self.A.extract(t, t).is_zero_matrix:
+            raise OptionError(
+                f"{name}: a twist relaxes, so M, C and K of the speeds do not say all. Take A."
             )
         x = system.inputs[0]
         own = [self.kept[i] for i in v]

@@ -14,7 +14,7 @@ import lumped as lp
 from lumped.components import Clutch, CrankSlider, Inertia, Spring, SpringDamper
 from lumped.errors import OptionError, UnknownNameError
 from lumped.models.reversing_mill import stand
-from lumped.models.reversing_mill.stand import OpenGap
+from lumped.models.reversing_mill.stand import OpenGap, PrintedGap
 
 
 def test_two_inertias_have_the_formula_of_every_textbook(two_mass):
@@ -71,6 +71,8 @@ def test_what_has_no_formula_is_refused():
     drive = lp.vibration.symbolic(lp.assemble(five))
     refused(OptionError, lambda: drive.frequencies, "5 modes in one part")
     refused(OptionError, lambda: drive.mode(5), "no mode 5")
+    relaxing = lp.vibration.symbolic(lp.assemble(PrintedGap()))
+    refused(OptionError, lambda: relaxing.K, "a twist relaxes")
     slider = CrankSlider(r=0.1, L=0.4, m=2.0)
     crank = in_a_row(wheel=Inertia(J=1.0), shaft=Spring(c=10.0), crank=slider)
     refused(OptionError, lambda: lp.vibration.symbolic(lp.assemble(crank)), "not linear")
