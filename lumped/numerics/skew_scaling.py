@@ -45,12 +45,15 @@ def skew_scaling(a: scipy.sparse.csr_array) -> Real | None:
 
 
 def two_colours(a: scipy.sparse.csr_array) -> Boolean | None:
-    """Split into two sets that couple only with each other, or None."""
-    order, before = scipy.sparse.csgraph.breadth_first_order(a, 0)
-    colour, leader = [False] * a.shape[0], before.tolist()
-    for k in order[1:].tolist():
-        colour[k] = not colour[leader[k]]
-    found = np.array(colour)
+    """Split into two sets that couple only with each other, or None; of each part on its own."""
+    part = scipy.sparse.csgraph.connected_components(a, directed=False)[1]
+    found = np.zeros(a.shape[0], dtype=bool)
+    for first in np.unique(part, return_index=True)[1].tolist():
+        order, before = scipy.sparse.csgraph.breadth_first_order(a, first, directed=False)
+        colour, leader = {first: False}, before.tolist()
+        for k in order[1:].tolist():
+            colour[k] = not colour[leader[k]]
+        found[list(colour)] = list(colour.values())
     i, j = a.nonzero()
     return found if (found[i] != found[j]).all() else None
 

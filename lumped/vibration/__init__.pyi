@@ -1,3 +1,7 @@
+from lumped.vibration.formulas.formula import Formula as Formula
+from lumped.vibration.formulas.symbolic import SymbolicDrive as SymbolicDrive
+from lumped.vibration.formulas.symbolic import formula as formula
+from lumped.vibration.formulas.symbolic import symbolic as symbolic
 from lumped.vibration.inertias.holzer import ElasticPart as ElasticPart
 from lumped.vibration.inertias.holzer import Holzer as Holzer
 from lumped.vibration.inertias.holzer import InertialPart as InertialPart
@@ -19,7 +23,6 @@ from lumped.vibration.natural.root_locus import root_locus as root_locus
 from lumped.vibration.natural.shape_sensitivity import ShapeSensitivity as ShapeSensitivity
 from lumped.vibration.natural.shape_sensitivity import shape_sensitivity as shape_sensitivity
 from lumped.vibration.natural.symbolic import expression as expression
-from lumped.vibration.natural.symbolic import symbolic_frequencies as symbolic_frequencies
 from lumped.vibration.ordered.linearity import Linearity as Linearity
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes as OrderAmplitudes
 from lumped.vibration.ordered.order_analysis import Order as Order

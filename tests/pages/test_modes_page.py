@@ -18,7 +18,7 @@ def test_the_page_runs_and_agrees_with_matrices_written_here(names):
         expected = eigenvalues(value)
         errors += [np.abs(expected - root).min() / 250 for root in row]
     assert max(errors) < 1e-8
-    w, slope = names["w"], names["slope"]
+    w, slope = names["graph"], names["slope"]
     numbers = {"spindle.c": C[1], "motor.J": J[0], "gearbox.J": J[1], "rolls.J": J[2]}
     for formula, expected in (
         (w, np.sqrt(C[1] * (1 / J[4] + 1 / J[2]))),

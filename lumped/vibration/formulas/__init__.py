@@ -1,0 +1,1 @@
+"""Equations, frequencies and responses of small drives as formulas of their parameters."""
