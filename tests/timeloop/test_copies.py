@@ -154,6 +154,10 @@ def made():
     low = lp.optimise(modes, vary=stiffness, minimise=steady)
     t = np.linspace(0.0, 1.0, 21)
     seen = lp.simulate(system, until=1.0, grid=t, start={"a.w": 1.0})
+    coupling = lp.life.Coupling("large", "20 N.m", 100.0)
+    pair = lp.life.GearPair((20, 40), 0.002, 0.02)
+    strength = lp.life.GearStrength(1e9, (4e8, 4e8), (2.8, 2.4), (1.55, 1.65))
+    rating = lp.life.rate_gears(pair, {"peak": 10.0}, strength=strength)
     precision = lp.simulation.work_precision(system, until=0.1, tolerances=(1e-4, 1e-6))
     diagram = lp.campbell(system, speeds=[0.0, 10.0, 30.0], orders=[1, 2])
     turned = lp.inverse(system, motion={"a.w": sin(lp.time)}, drive="motor.tau", until=1.0)
@@ -264,6 +268,13 @@ def made():
         lp.life.goodman("700 MPa"),
         case := lp.life.LoadCase(run, repetitions=3),
         lp.life.duty_cycle({"start": case}, of="shaft.tau", curve=curve),
+        lp.life.load_spectrum(seen, ("shaft.tau", "b.w")),
+        lp.life.Bearing(1e5, 1e5, e=0.3, Y_1=2.0, Y_2=3.0, Y_0=2.0),
+        coupling,
+        lp.life.choose_coupling([coupling], torque=10.0, speed=50.0),
+        *(pair, strength, rating, rating["peak"]),
+        small := lp.vibration.symbolic(system),
+        small.K,
         lp.simulation.sizing(seen, of=("shaft.tau", "b.w")),
         lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1),
         precision,
