@@ -17,7 +17,8 @@ Errors of the print, restored here: brackets of (3); mass of a rod at its two en
 16, 19, 20); sign of the rotating masses in (21, 22), with which the sectors would add to the force
 of the stand; the torque (24, 26) gives the centre of a rod the velocity of the slider (`AsPrinted`;
 in set P 102 instead of 90 kN.m from crest to trough); gravity is left out although it makes +-6 to
-+-14 kN.m; ``ms Rs`` is in kg m, not N m; the friction of the necks in (29) is twice ``P f d / 2``.
++-14 kN.m; ``ms Rs`` is in kg m, not N m; the moments of inertia of the rods have the wrong sign of
+the shift, one of them the wrong length; the friction of the necks in (29) is twice ``P f d / 2``.
 
 Of the masses only those of the counterweight and the sectors are printed, and the speed is not. No
 single set explains table 2: its force needs more than 127 revolutions a minute, its power, taken as

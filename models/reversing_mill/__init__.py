@@ -18,13 +18,14 @@ from lumped.models.about import Measure, Motor, find_shared, number_values, read
 from lumped.models.reversing_mill import drives, equalizing, incoming, scenes, shaft_mass, stand
 
 PAGES, LOWER = "pages 71, 72, before (47) [P]", "page 71, by equation (46) [P]"
-ECCENTRICITY = "equation (47) [P]"
+ECCENTRICITY = "page 72, after (47) [P]"
 ROUNDING = "within the rounding of the printed J and C"
 INFERRED = "J and C chosen that round to the printed ones [I]; rounds to the printed digits"
-ALONE = "J2 without gearbox [I]; then no rounding gives all three frequencies at once"
+ALONE = "J2 as (46) words it; then no rounding gives all three frequencies at once"
 TENTH = "page 72, by equation (45) [P]"
 THIN = "inertia of 0.0026 kgf m s2 [I], chosen to stay just below; the dimensions are not given"
 BARS = "the same spindle, shaft B1 of 0.023 kgf m s2 [A]; thirds by the nodes of this mode [R]"
+CUT = "print cut off, if the diameter is exactly 0.5 m [I]"
 DIAMETER = "fixes the diameter, not legible [I]"
 NOT = "not published [R]"
 BARS_NOT = "not published, inertias of the shafts [A]"
@@ -113,7 +114,7 @@ def _published() -> list[Row]:
             *(TENTH, THIN, BELOW, True),
         ),
         Row("eccentricity at 15 m/s", "Hz", 9.55, fast, ECCENTRICITY, DIAMETER, fitted=True),
-        Row("eccentricity at 10 m/s", "Hz", 6.36, slow, ECCENTRICITY, "print cut off, not rounded"),
+        Row("eccentricity at 10 m/s", "Hz", 6.36, slow, ECCENTRICITY, CUT),
     ]
 
 

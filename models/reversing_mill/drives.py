@@ -1,9 +1,9 @@
 """The reversing mill 400 between motors on converters: droop, PI control and load share.
 
-The source has no motor data. Assumed [A]: torque to 2.5 times the rated one, full power from 140
-rad/s on, a torque loop of 5 ms, PI speed control. Two drives without droop on rolls of unequal
-diameter load each other ever more, until the gap skids; droop bounds it at M_u / Mr = eps / (2 s),
-and a load-share trim on the lower drive removes it.
+The source prints type, rated torque and inertia of the motors. Assumed [A]: torque to 2.5 times the
+rated one, full power from 140 rad/s on, a torque loop of 5 ms, PI speed control. Two drives without
+droop on rolls of unequal diameter load each other ever more, until the gap skids; droop bounds it
+at M_u / Mr = eps / (2 s), and a load-share trim on the lower drive removes it.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Both approaches of the source to the equalizing torque that the roll gap carries.
 
-The first is equation (55): the rolls creep, and K_s is taken from measured curves of dM / M, the
-difference of both torques over their mean, against the relative slip dw / w, one curve for each
-speed of rolling. As M_3v - M_2n = K_s (w_v - w_n), a curve of the slope k gives K_s = k M / w [R]:
-the faster the rolls turn, the weaker the same curve binds them. The curves are not in the copy;
-their slope is [A].
+The first is equation (55): the rolls creep, and K_s is taken from measured curves, one for each
+speed of rolling. Of their form only dM is legible; read as dM / M, the difference of both torques
+over their mean, against the relative slip dw / w [I]. As M_3v - M_2n = K_s (w_v - w_n), a curve of
+the slope k gives K_s = k M / w [R]: the faster the rolls turn, the weaker the same curve binds
+them. The curves are not in the copy; their slope is [A].
 
 Of the second approach the pages at hand say only that it exists. That of kinematics is inferred
 [I]: the rolls do not slip, w_v R_v = w_n R_n, and the torque is what the joint needs (`ClosedGap`,

@@ -7,7 +7,7 @@ no numbers for this: waves, reduction and amplitude are [A].
 
 The waves taken here are those that eccentric backup rolls left in the pass before, one in each
 circumference. So they come with the frequency (47) times 1 - r: what is excited at 9.97 m/s by the
-eccentricity is excited at 14.24 m/s by the strip, both in the range of the speeds in print.
+eccentricity is excited at 14.24 m/s by the strip; the speeds in print are 10 and 15 m/s.
 """
 
 from __future__ import annotations

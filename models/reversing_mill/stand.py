@@ -10,11 +10,15 @@ Each backup roll has its own drive, everything referred to the motor shaft (43),
     upper branch   motor J1 - long shaft B1 - gearbox J3 - spindle B2 - rolls       3 masses
     lower branch   motor and gearbox on the short, rigid shaft B4 - spindle B3 - rolls    2 masses
 
-The branches meet only in the roll gap. Without strip it is open. Under load the rolls roll on
-each other through the strip: joined (56), or with creep, M_u = (K_s / 2)(w_v - w_n) [R]; the
-print (55) leaves out the inertia of the rolls and is wrong for small K_s. Torques, speeds and
-angles of both branches count positive in the direction of rolling, and a shaft torque is
-positive when the motor drives. The motions are deviations from steady idling.
+Equation (46) calls the lower J2 that of the motor; with the gearbox [I] all three
+frequencies agree within rounding.
+
+The branches meet only in the roll gap. Without strip it is open. Under load the rolls roll on each
+other through the strip: joined (56), or with creep, M_u = (K_s / 2)(w_v - w_n) [R]; the print (55)
+leaves out the inertia of the rolls and is wrong for small K_s. M_pr of (54) is the torque of both
+pairs of rolls, here `M_pr` and the loads are those of one. Torques, speeds and angles of both
+branches count positive in the direction of rolling, and a shaft torque is positive when the motor
+drives. The motions are deviations from steady idling.
 
 The printed frequencies follow from the printed parameters only to 0.6 %. With J and C that round
 to the printed ones (for example J1 = 3.006, J3 = 2.446, backup roll 0.1583 kgf m s2,

@@ -114,7 +114,7 @@ def _motors() -> Iterator[Row]:
     margin = 100 * (first / lift - 1)
     yield Row("its margin in lifting", "%", None, margin, WITH_LOSS, "0.2, 8356 over 8339")
     kick = loads.greatest_acceleration(first, LOSS)
-    note = "0.011 by hand: the reported 'cannot kick the mandrel in'"
+    note = "0.011 by hand; in the hot test it could not move the heaviest mandrel"
     yield Row("acceleration the first motor gives", "rad/s2", None, kick, WITH_LOSS, note)
     for g, changed, value in (("10", parts.PRINTED, 0.848), ("9.80665", {}, 0.832)):
         found, name = loads.critical_efficiency(first, changed), f"efficiency it needs, g = {g}"

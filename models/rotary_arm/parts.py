@@ -6,7 +6,7 @@ tray, and the mandrel on it, move on a circle without turning; so the mandrel's 
 tray does not matter for gravity, and neither of them has energy of rotation. Angles count from the
 horizontal on the side of the pick-up, upward. A motor drives the shaft through a reducer of 50.
 
-Source: Li Enxue, Drive of the front-table mandrel rotary arm of a 508 mm PQF pipe mill (in
+Source: Li Enxue, Modification of Drive for Inlet Table Rotary Arm of 508 mm PQF Pipe Mill (in
 Chinese), Steel Pipe 2016 no. 2, 45-49. All figures, the values of table 1 and two formulas are
 missing in the copy used. Marks: [P] printed, [R] restored by derivation, [I] inferred where a
 figure is missing, [A] assumed as the source does not give it.

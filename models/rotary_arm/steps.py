@@ -1,14 +1,15 @@
 """The rotary arm's cycle as a sequence of steps, with its interlocks.
 
 The source names twelve positions on the turn, each the condition of a step: S start, P the mandrel
-is taken, A acceleration with it, B end of the interference with the lubrication line, C check of
-interference, D begin of that with the rack that restrains the mandrel, E deceleration, R the
-mandrel is put down, F acceleration without it, G end of the interference with the rack, H end of
-that with the kick-out arm, I deceleration to rest. The arm is interlocked with the rack and the
-kick-out arm; their signals are not described. Model [I]: at C the sequence asks whether both are
-out of the way; unless they are, the arm brakes with its ramp, stands between C and D, and goes on
-when they are. It occupies the way of the line from P to B, that of the rack from D to G and that of
-the kick-out arm from D to H, and says so by the signals `line`, `rack` and `kick_out`.
+is taken, A acceleration with it, B interference with the lubrication line, taken as its end [I], C
+check of interference, D interference with the rack that restrains the mandrel, taken as its begin
+[I], E deceleration, R the mandrel is put down, F acceleration without it, G end of the interference
+with the rack, H end of that with the kick-out arm, I deceleration. The arm is interlocked with the
+rack and the kick-out arm; their signals are not described. Model [I]: at C the sequence asks
+whether both are out of the way; unless they are, the arm brakes with its ramp, stands between C and
+D, and goes on when they are. It occupies the way of the line from P to B, that of the rack from D
+to G and that of the kick-out arm from D to H, and says so by the signals `line`, `rack` and
+`kick_out`.
 
 The angles are those of the adopted cycle [A].
 """

@@ -56,6 +56,19 @@ class TestReduction:
         assert relative(found(Geared().with_(own)).hertz, found(mill.UpperBranch()).hertz) < 1e-12
 
 
+class TestFrequencyEquation:
+    """Cubic equation (56) in K^2 with the abbreviations a1, a2, a3 before it."""
+
+    def test_its_roots_are_the_frequencies_of_the_closed_gap(self):
+        rolls, J2 = 2 * JR, J1 + J3
+        a1, a2, a3 = C1 / J1 + C1 / J3, C2 / J3 + C2 / rolls, C2 / J2 + C2 / rolls
+        gear, gap = C1 * C2 / J3**2, (C2 / rolls) ** 2
+        squares = a1 * a2 + a1 * a3 + a2 * a3 - gear - gap
+        last = a1 * a2 * a3 - a3 * gear - a1 * gap
+        roots = np.sort(np.roots([1, -(a1 + a2 + a3), squares, -last]))
+        assert relative(found(mill.ClosedGap()).hertz, np.sqrt(roots) / (2 * np.pi)) < 1e-12
+
+
 class TestMassOfTheShafts:
     """Thirds by the nodes, beside continuous shafts in their exact equation."""
 
