@@ -99,7 +99,7 @@ def _strength() -> Iterator[Row]:
     chosen = gearing.coupling()
     note = "104.04: 1.5 times the rated torque, (3.14)"
     yield Row("torque of the coupling", "kN.m", None, chosen.needed / 1e3, ASSUMED, note)
-    note = "the least that carries it, K_n = 1 as its chart is lost, (3.15), (3.16)"
+    note = "the least that carries it, K_n = 1 as its chart is in a handbook, (3.15), (3.16)"
     name = "nominal torque of the coupling"
     yield Row(name, "kN.m", None, chosen.permitted / 1e3, ASSUMED, note)
 
