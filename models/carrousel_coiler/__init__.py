@@ -20,7 +20,7 @@ from lumped.models.carrousel_coiler import drive, scenes, sizing
 from lumped.models.carrousel_coiler.parts_rows import list_parts
 from lumped.models.carrousel_coiler.turret import half_turn
 
-EXAMPLE_1, EXAMPLE_2, DRAWING = "[P] example 3.1", "[P] example 3.2", "[P] drawing"
+EXAMPLE_1, EXAMPLE_2, DRAWING = "[P] example 3.1", "[P] example 3.2", "[P] example 3.1, drawing"
 RESTORED, INFERRED = "not published, [R]", "not published, [I]"
 ASSUMED = "not published, inertias and strip [A]"
 RPM = 30 / np.pi
@@ -55,7 +55,7 @@ def _motors() -> Iterator[Row]:
         note = f"{slower} with the speed of example 3.1"
         yield Row(f"range of motor speeds, {name}, 20 m/s", "1", None, found, RESTORED, note)
     for speed, chosen, base, most in (
-        ("20 m/s", motor, "323.24 from (3.12), a = 1.25", "847.85 from (3.13)"),
+        ("20 m/s", motor, "323.24 from a = 1.25; (3.12) would ask for 258.6", "847.85 from (3.13)"),
         ("1300 m/min", second, "350.2, perhaps 350 was meant", "918.5 from (3.13)"),
     ):
         name = f"base speed of the motor, {speed}"
@@ -104,7 +104,7 @@ def _run() -> Iterator[Row]:
     J = run["drive.coil.J"][[0, -1]] + scenes.J_EMPTY
     yield Row("inertia, full over empty", "1", None, J[1] / J[0], ASSUMED, "10.55")
     twice = drive.strip_momentum(drive.RADIUS)
-    note = "3925: w dJ/dt of (3.5) counts the momentum of the strip twice, 4.9 % of T R"
+    note = "3925: w dJ/dt of (3.5) [R] counts the momentum of the strip twice, 4.9 % of T R"
     yield Row("torque that the text adds, full coil", "N.m", None, twice, ASSUMED, note)
 
 

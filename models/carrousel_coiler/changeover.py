@@ -3,12 +3,13 @@
 (a) Strip is wound on mandrel 1 at position 1; when it runs steadily the turret begins to turn. (b)
 The turret turns by 180 degrees while mandrel 1 winds on; mandrel 2 comes to position 1. (c) Mandrel
 1 speeds up to the line speed and winds at position 2 until its coil is heavy enough. (d) The strip
-slows down and is cut; mandrel 2 turns already, and takes the new strip. (e) Mandrel 1 winds its
-tail without tension, stops and is unloaded; then all is as in (a), with the mandrels exchanged.
+is cut, for which the line slows down [A]; mandrel 2 turns already, and takes the new strip. (e)
+Mandrel 1 winds its tail without tension, stops and is unloaded; then all is as in (a), with the
+mandrels exchanged.
 
-The source gives the order and no time, mass or distance; all of them are [A]. Left out are rollers,
-belt wrapper and shear; the strip of mandrel 2 is a tension at the bare mandrel, for the few seconds
-of its first wraps.
+The source gives the order and no speed, time, mass or distance; all of them are [A]. Left out are
+rollers, belt wrapper and shear; the strip of mandrel 2 is a tension at the bare mandrel, for the
+few seconds of its first wraps.
 """
 
 from __future__ import annotations

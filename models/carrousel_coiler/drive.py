@@ -3,16 +3,16 @@
 Source: Zhang Fei, Structural and kinetic characteristic analysis of carrousel coiler (in Chinese),
 graduation thesis, supervisor Wang Yongqin, College of Mechanical Engineering, Chongqing University,
 June 2011, 54 pages; equations (3.1) to (3.13) here and in `sizing`, (3.14) to (3.54) in `gearing`.
-Nearly all formulas are damaged in the copy used, so that places are given by the numbers of
-equations and examples. Marks: [P] printed, [R] restored by derivation and in agreement with the
+The formulas are lost in the copy used, so that places are given by the numbers of equations and
+examples. Marks: [P] printed, [R] restored by derivation and in agreement with the
 print, [I] inferred, [A] assumed because the source does not give it. All moments of inertia and the
 data of the strip are [A].
 
     motor - two-speed gear - mesh loss - mandrel and bearings - coil - strip
 
-The source adds a motor torque ``w dJ/dt`` (3.5), although the entering strip already has exactly
-this momentum; `lumped.components.Coil` keeps the balance of the open system. At 1 mm and 20 m/s
-the difference is 3.9 kN.m on the full coil, 4.9 % of the torque of the tension.
+The source adds a torque of the growing coil, ``w dJ/dt`` (3.5) [R], although the entering strip
+already has exactly this momentum; `lumped.components.Coil` keeps the balance of the open system.
+At 1 mm and 20 m/s the difference is 3.9 kN.m on the full coil, 4.9 % of the torque of the tension.
 
 Angles count positive in the sense of winding, which is clockwise as the coiler is drawn.
 """

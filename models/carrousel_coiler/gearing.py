@@ -1,8 +1,8 @@
 """Coupling, ratios, gears and bearings of the carrousel coiler, (3.14) to (3.54).
 
-The source states the rules and loses most of its numbers: the curves of form factors and of the
-coupling's speed, the materials, the distance of the mandrels, all loads and sizes of bearings. What
-is assumed instead is marked [A].
+The copy has the rules, tables of their factors, two numbers of teeth and the module. It lacks the
+curves of form factors and of the coupling's speed, strengths, the distance of the mandrels, all
+loads and sizes of bearings. What is assumed instead is marked [A].
 """
 
 from __future__ import annotations
@@ -164,9 +164,9 @@ def rate_stage(run: lp.Trajectory, gear: str = "high") -> GearRating:
 
 
 def module_of_root(torque: float) -> float:
-    """Least module of the motor pinion, m, (3.25), with its helix before the correction."""
+    """Least module of the motor pinion, m, (3.25), with its first helix angle and Y_beta = 1."""
     pair = stage("high")
-    shape = FORMS[0] * CORRECTIONS[0] * pair.root_ratio_factor * pair.root_helix_factor
+    shape = FORMS[0] * CORRECTIONS[0] * pair.root_ratio_factor
     return least_module(
         torque,
         teeth=int(TEETH),
@@ -207,7 +207,7 @@ def spectrum(run: lp.Trajectory, classes: int = 6) -> LoadSpectrum:
 
 
 def coupling() -> CouplingChoice:
-    """Gear coupling at the motor, (3.14), (3.15) with K_n = 1, as its chart (3.16) is lost."""
+    """Gear coupling at the motor, (3.14), (3.15) with K_n = 1: the chart is in a handbook."""
     motor = sizing.choose_motor()
     couplings = [Coupling(f"{size / 1e3:g} kN.m", size, COUPLING_SPEED) for size in SIZES]
     return choose_coupling(couplings, torque=motor.torque, speed=motor.speed, service=SERVICE)

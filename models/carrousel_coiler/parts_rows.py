@@ -37,9 +37,9 @@ def _rules() -> Iterator[Row]:
     row = Row("range of mandrel speeds", "1", None, found, "[P] section 3.1.4", note)
     yield row._replace(bounds=(float(sizing.TWO_GEARS), None))
     found = sizing.torque_check(sizing.choose_motor())
-    note = "1.08, which is K: the motor holds the full coil in high gear"
+    note = "1.08, which is K; the formula of this check is restored"
     name = "rated torque over that of the full coil"
-    yield Row(name, "1", None, found, "[R] section 3.1.4", note, bounds=(1.0, None))
+    yield Row(name, "1", None, found, "[P] section 3.1.4", note, bounds=(1.0, None))
 
 
 def _teeth() -> Iterator[Row]:
@@ -99,7 +99,7 @@ def _strength() -> Iterator[Row]:
     chosen = gearing.coupling()
     note = "104.04: 1.5 times the rated torque, (3.14)"
     yield Row("torque of the coupling", "kN.m", None, chosen.needed / 1e3, ASSUMED, note)
-    note = "the least that carries it, K_n = 1 as its chart is lost, (3.15), (3.16)"
+    note = "the least that carries it, K_n = 1 as its chart is in a handbook, (3.15), (3.16)"
     name = "nominal torque of the coupling"
     yield Row(name, "kN.m", None, chosen.permitted / 1e3, ASSUMED, note)
 

@@ -87,10 +87,11 @@ def torque_check(motor: Motor, ratio: float = coiler.I_HIGH) -> float:
 
 
 def choose_motor(v: float = coiler.SPEED, a: float = AMPLIFICATION) -> Motor:
-    """Motor of example 3.1, (3.4), (3.12), (3.13) [R].
+    """Motor of example 3.1, (3.4), text to (3.4), (3.13) [R].
 
     Its greatest speed is that at the empty coil in high gear. Its power is `a` times that of the
-    tension, as its speed range ``n_max / n_N`` is smaller than that of the radii by this factor.
+    tension, as its speed range ``n_max / n_N`` is smaller than that of the radii by this factor; so
+    it does not keep (3.12), nor the ratio ``n_N / n_c`` of section 3.1.4.
     """
     fastest = coiler.I_HIGH * v / coiler.MANDREL
     power = a * tension_power(v=v)

@@ -4,7 +4,7 @@ The machine and its source are described in `lumped.models.eccentric_shear.stand
 `lumped.models.eccentric_shear.scenes`.
 
 The study claims that ellipses of eccentricity 0.4 to 0.5 reduce the greatest motor torque 2.5 to 3
-times and the equivalent load 1.6 to 1.7 times (figure 3, whose values are damaged in the copy
+times and the equivalent load 1.6 to 1.7 times (figure 3, whose curves are lost in the copy
 used). The half-sine of (17) gives 2.32 to 2.85 and 1.69 to 1.63. The rectangle of (18), which the
 study says it used, cannot: at constant torque over 68 deg the reduction is at most 1 / sin(34 deg)
 = 1.79 whatever the eccentricity. Nor can the phase of (22), (23): it puts the greatest ratio at

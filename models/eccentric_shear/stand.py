@@ -3,7 +3,7 @@
 Source: V. F. Egorov, M. I. Stupakov, M. L. Bosnyak, Loads of eccentric shears with transmissions of
 variable ratio (Nagruzki ekstsentrikovykh nozhnits pri ispolzovanii peredatochnykh mekhanizmov s
 peremennym peredatochnym chislom), Omsk Scientific Bulletin 2010 no. 2 (90), CC BY; equations (1) to
-(23) and figure 3, whose values are damaged in the copy used. Marks: [P] printed, [R] restored by
+(23) and figure 3, whose curves are lost in the copy used. Marks: [P] printed, [R] restored by
 derivation and in agreement with the print, [I] inferred, [A] assumed because the source does not
 give it.
 
@@ -83,7 +83,10 @@ J_SHAFT = Given(
     J_JOURNAL - M_SHAFT * CENTRE_SHAFT**2, "kg.m2", "I", "crank shaft about its centre of mass"
 )
 J_MOTOR = Given(
-    54e3, "kg.m2", "I", "motor, J_mx: print damaged, 51, 56 or 5.4 t.m2 cannot be excluded"
+    54e3,
+    "kg.m2",
+    "I",
+    "motor with spindle, J_mx: damaged print, 51, 56 or 5.4 t.m2 are possible",
 )
 SPEED = Given(1.05, "rad/s", "P", "speed of the crank, printed beside 4 cuts a minute")
 FOUR_CUTS = Given(0.419, "rad/s", "R", "4 cuts a minute without pauses")

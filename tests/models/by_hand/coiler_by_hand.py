@@ -81,7 +81,7 @@ def numbers():
     Z_E = np.sqrt(2.06e11 / (2 * np.pi * (1 - 0.09)))
     line = 2 * 1.4 * peak / (size * 2 * radii[0]) * (u + 1) / u
     flank = Z_E * Z_H * np.sqrt(np.cos(beta) / eps * line)
-    least = 2 * 1.4 * peak * np.cos(12 * DEG) ** 2 * 2.52 * 1.625 * Y_eps * Y_beta
+    least = 2 * 1.4 * peak * np.cos(12 * DEG) ** 2 * 2.52 * 1.625 * Y_eps  # Y_beta = 1
     least = (least / (0.7 * 30**2 * 400e6 / 1.4)) ** (1 / 3)
     force = 1 / radii[0]
     radial = np.hypot(force / 2, force * np.tan(alpha) / 2 + np.tan(beta) / 0.8)
