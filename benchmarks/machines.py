@@ -49,7 +49,7 @@ def main() -> None:
             numbers = (f"{r.rtol:.0e}", f"{r.error:.1e}", f"{1e3 * r.seconds:.3g}")
             counts = (str(r.steps), str(r.rejected), str(r.events))
             rows.append((name, r.method, *numbers, *counts, r.outcome))
-        axis.set_title(name, fontsize="medium")
+        axis.set_title(name.removeprefix("Reconstructed example: "), fontsize="small")
         axis.grid(alpha=0.3)
         axis.legend(frameon=False)
     figure.supxlabel("largest error of a state, relative to its range")

@@ -20,6 +20,7 @@ from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
+from lumped.timeloop.plants.executable import executable
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_in_closed_form import closed_form_pays, linear_form
 from lumped.timeloop.run_options import Method, RunOptions, run_plan
@@ -271,6 +272,7 @@ def _row(
     nan = float("nan")
     try:
         found = run(method, rtol, _MOST_STEPS)
+        executable(found.system).compile()
         comparison = compare_runs(found, reference, tight, names)
     except LumpedError as error:
         counts, reason = _counts(getattr(error, "partial", None)), str(error).splitlines()[0]
