@@ -109,3 +109,8 @@ class TestRefusals:
             Bearing(1.0, 1.0, e=0.0, Y_1=1, Y_2=1, Y_0=1)
         with pytest.raises(OptionError, match="exponent = -3"):
             Bearing(1.0, 1.0, e=0.3, Y_1=1, Y_2=1, Y_0=1, exponent=-3.0)
+
+    @pytest.mark.parametrize(("load", "speed"), [(-5.0, 1.0), (0.0, 1.0), (5.0, 0.0)])
+    def test_no_load_and_no_speed(self, load, speed):
+        with pytest.raises(OptionError, match=r"(load|speed) = \S+ \S+ must be positive"):
+            TAPER.hours(load, speed=speed)
