@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy
@@ -17,6 +18,8 @@ Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
 Rows = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, list[str]]]
 """Numbers that must not be negative, scaled; their gradients; names with values."""
 
+_SMALLER = 0.1
+_STILL = 1e-9
 _ACTIVE = 1e-6
 
 
@@ -30,6 +33,10 @@ def sqp(
     tolerance: float = 1e-12,
 ) -> tuple[Solution, tuple[str, ...]]:
     """Least objective by SLSQP (Kraft, DFVLR-FB 88-28, 1988).
+
+    The objective is measured by its size at the start. Where it has become ten times
+    smaller, the search goes on from there with the new size, until nothing moves. Parameters of
+    which all derivatives are zero at the start begin a twentieth of their range beside it.
 
     Parameters
     ----------
@@ -57,35 +64,20 @@ def sqp(
     OptimisationError
         If no optimum is found.
     """
-    tic, n, first = clock.perf_counter(), len(names), box[:, 0]
+    tic, n = clock.perf_counter(), len(names)
+    first = _leave_flat_start(names, box, objective, rows)
     value, slope = objective(first)
-    if not slope.any():
-        raise OptionError(
-            f"optimise: the objective does not depend on {', '.join(names)}: all its derivatives "
-            "are exactly zero. Vary something else, or minimise something else."
-        )
-    size = max(abs(value), float(np.abs(slope).max())) or 1.0
-    idle = np.abs(np.vstack([slope, rows(first)[1]]))[:, :n].max(axis=0) == 0
-    if idle.any():
-        lost = [name for name, i in zip(names, idle, strict=True) if i]
-        raise OptionError(
-            f"optimise: {', '.join(lost)} has no effect on objective and constraints. Leave "
-            "it out of `vary`."
-        )
-    found = scipy.optimize.minimize(
-        lambda w: tuple(v / size for v in objective(w)),
-        first,
-        jac=True,
-        method="SLSQP",
-        bounds=box[:, 1:],
-        constraints={
-            "type": "ineq",
-            "fun": lambda w: rows(w)[0],
-            "jac": lambda w: rows(w)[1],
-        },
-        options={"ftol": tolerance, "maxiter": 200},
-    )
-    w = np.clip(found.x, box[:, 1], box[:, 2])
+    size = begun = max(abs(value), float(np.abs(slope).max())) or 1.0
+    while True:
+        found = _search(first, box, objective, rows, size, tolerance)
+        w = np.clip(found.x, box[:, 1], box[:, 2])
+        value, slope = objective(w)
+        smaller = max(abs(value), float(np.abs(slope).max()))
+        if found.status != 0 or not 0 < smaller < _SMALLER * size:
+            break
+        if np.abs(w - first).max() <= _STILL:
+            break
+        first, size = w, smaller
     values, slopes, labels = rows(w)
     violation = max(0.0, -float(values.min(initial=0.0)))
     if found.status != 0 or violation > 1e-6:
@@ -95,7 +87,7 @@ def sqp(
             f"iterations). {worst} Widen bounds, or begin elsewhere.",
             found.message,
         )
-    value, slope = objective(w)
+    size = begun
     low, high = (np.abs(w - box[:, i]) <= _ACTIVE for i in (1, 2))
     near = np.flatnonzero(values <= _ACTIVE)
     unit = np.eye(len(w))
@@ -124,6 +116,60 @@ def sqp(
         clock.perf_counter() - tic,
     )
     return solution, tuple(dict.fromkeys(pressing))
+
+
+def _search(
+    first: np.ndarray,
+    box: np.ndarray,
+    objective: Objective,
+    rows: Rows,
+    size: float,
+    tolerance: float,
+) -> Any:
+    """What SLSQP finds with the objective over a size."""
+    return scipy.optimize.minimize(
+        lambda w: tuple(v / size for v in objective(w)),
+        first,
+        jac=True,
+        method="SLSQP",
+        bounds=box[:, 1:],
+        constraints={
+            "type": "ineq",
+            "fun": lambda w: rows(w)[0],
+            "jac": lambda w: rows(w)[1],
+        },
+        options={"ftol": tolerance, "maxiter": 200},
+    )
+
+
+def _leave_flat_start(
+    names: list[str], box: np.ndarray, objective: Objective, rows: Rows
+) -> np.ndarray:
+    """A start at which each parameter has a derivative that is not zero."""
+    n, first = len(names), box[:, 0].copy()
+    for moves in (True, False):
+        slope = objective(first)[1]
+        flat = np.abs(np.vstack([slope, rows(first)[1]]))[:, :n].max(axis=0) == 0
+        if slope.any() and not flat.any():
+            return first
+        lost = ", ".join(name for name, i in zip(names, flat, strict=True) if i)
+        if not moves and not slope.any():
+            raise OptionError(
+                f"optimise: the objective does not depend on {', '.join(names)}: all its "
+                "derivatives are exactly zero at the start and beside it. Vary something else, "
+                "or minimise something else."
+            )
+        if not moves:
+            raise OptionError(
+                f"optimise: {lost} has no effect on objective and constraints, at the start and "
+                "beside it. Leave it out of `vary`, or begin elsewhere."
+            )
+        flat = flat if flat.any() else np.ones(n, dtype=bool)
+        low, high = box[:n, 1], box[:n, 2]
+        step = 0.05 * np.where(np.isfinite(high - low), high - low, 1.0)
+        step = np.where(first[:n] + step <= high, step, -step)
+        first[:n] += np.where(flat, step, 0.0)
+    return first
 
 
 def list_bound_rows(

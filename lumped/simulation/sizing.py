@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Unpack
 
 import numpy as np
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
+from lumped.functionals import (
+    Functional,
+    highest,
+    integral,
+    lowest,
+    mean,
+    peak,
+    rms,
+    span,
+)
+from lumped.language.formula import Formula
 from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import torque_speed
 from lumped.plots.picture import label_axis
@@ -159,8 +170,9 @@ def sizing(
 ) -> Sizing:
     """What a run asks of a motor, and whether a given motor can do it.
 
-    Torque and speed are taken as straight lines between the output points, and the run as one
-    cycle that repeats.
+    The run is taken as one cycle that repeats. A run from `simulate` is made again and read on the
+    way, whatever its output times are; of others torque and speed are straight lines between the
+    output points. A greatest torque in rows over the speed is compared at the output points alone.
 
     Parameters
     ----------
@@ -200,25 +212,43 @@ def sizing(
     if not dt.sum() > 0:
         raise OptionError("sizing: the run has no duration; give `grid` at least two instants.")
     tau, w = run[torque], run[rate]
-    rms = float(np.sqrt(_mean_product(dt, tau, tau)))
-    mean_speed, power = _mean_size(dt, w), tau * w
-    thermal = None if rated is None else _load(rated, "rated", np.array([mean_speed]), [rms])
-    peak = None if maximum is None else _load(maximum, "maximum", np.abs(w), np.abs(tau))
+    found = _of_points(dt, tau, w)
+    if run.read is not None:
+        found = run.read(_wanted(run.system.key(torque), run.system.key(rate))).tolist()
+    peak_torque, peak_speed, level, mean_speed, power, regeneration, mean_power = found
+    thermal = None if rated is None else _load(rated, "rated", np.array([mean_speed]), [level])
+    load = None if maximum is None else _load(maximum, "maximum", np.abs(w), np.abs(tau))
+    if load is not None and np.isscalar(maximum) and load.torque > 0:
+        load = replace(load, torque=peak_torque, ratio=load.ratio * peak_torque / load.torque)
     return Sizing(
-        float(np.abs(tau).max()),
-        float(np.abs(w).max()),
-        rms,
+        peak_torque,
+        peak_speed,
+        level,
         mean_speed,
-        float(max(power.max(), 0.0)),
-        float(max(-power.min(), 0.0)),
-        _mean_product(dt, tau, w),
+        max(power, 0.0),
+        max(-regeneration, 0.0),
+        mean_power,
         thermal,
-        peak,
+        load,
         units,
         (w, tau),
         rated,
         maximum,
     )
+
+
+def _wanted(tau: str, w: str) -> list[Functional]:
+    """What is read of a run, as `_of_points`."""
+    power = Formula.made(lambda y, z: y * z, tau, w)
+    sizes = peak(tau), peak(w), rms(tau), integral(Formula.made(abs, w)) / span()
+    return [*sizes, highest(power), lowest(power), mean(tau, w)]
+
+
+def _of_points(dt: np.ndarray, tau: np.ndarray, w: np.ndarray) -> list[float]:
+    """Peaks of torque and speed, rms torque, mean speed, most, least and mean power."""
+    power, rms_torque = tau * w, np.sqrt(_mean_product(dt, tau, tau))
+    found = (np.abs(tau).max(), np.abs(w).max(), rms_torque, _mean_size(dt, w))
+    return [*map(float, (*found, power.max(), power.min(), _mean_product(dt, tau, w)))]
 
 
 def _mean_product(dt: np.ndarray, y: np.ndarray, z: np.ndarray) -> float:

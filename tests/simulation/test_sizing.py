@@ -11,6 +11,7 @@ import lumped as lp
 from lumped import profiles
 from lumped.components import Inertia, Torque, translation
 from lumped.errors import OptionError
+from lumped.ops import sin
 
 J, PEAK, T_UP, T_CRUISE, T_REST = 0.4, 20.0, 0.25, 0.5, 0.6
 
@@ -114,3 +115,15 @@ def test_a_force_is_sized_over_a_speed_through_zero():
 )
 def test_what_cannot_be_sized_is_named(cycle, options, part):
     refused(OptionError, lambda: size(cycle, **options), part)
+
+
+@pytest.mark.parametrize("grid", [1, 7, None])
+def test_output_times_change_nothing_of_a_run_that_was_simulated(grid):
+    # torque 6 sin(5 t) on 2 kg.m2 from -0.6 rad/s, two periods: w = -0.6 cos(5 t)
+    model = in_a_row(motor=Torque(tau=6.0 * sin(5.0 * lp.time)), body=Inertia(J=2.0, w=-0.6))
+    run = lp.simulate(lp.assemble(model), until=4 * np.pi / 5, grid=grid, rtol=1e-9)
+    found = lp.simulation.sizing(run, of=("body.flange_a.tau", "body.w"), maximum=3.0)
+    received = (found.peak_torque, found.rms_torque, found.peak_speed, found.mean_speed)
+    assert received == pytest.approx((6.0, 6 / np.sqrt(2), 0.6, 1.2 / np.pi), rel=1e-7)
+    assert (found.peak_power, found.peak_regeneration) == pytest.approx((1.8, 1.8), rel=1e-7)
+    assert found.peak.ratio == pytest.approx(2.0, rel=1e-7)

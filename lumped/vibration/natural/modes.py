@@ -41,7 +41,7 @@ class Modes(Eigenpairs):
     eigenvalues : ndarray of complex, shape (k,)
         One of each conjugate pair of the oscillating modes, 1/s.
     decays : ndarray, shape (r,)
-        Real eigenvalues other than those of rigid-body modes, ascending, 1/s.
+        Real eigenvalues other than those of rigid-body modes, ascending, 1/s; positive ones grow.
     vectors, decay_vectors : ndarray of complex, shapes (n, k) and (n, r)
         Their eigenvectors in the states, in columns.
     point : OperatingPoint
@@ -300,8 +300,11 @@ class Modes(Eigenpairs):
         names, scaled = self.angles, self._positions / self._scale
         head = (
             f"{self.system.name}: {len(self.hertz)} oscillating and {self.rigid} rigid-body modes"
-            f", {len(self.decays)} decays{situation(self.point)}"
+            f", {(self.decays < 0).sum()} decays{situation(self.point)}"
         )
+        growing = self.decays[self.decays > 0]
+        if len(growing):
+            head += f"\nunstable: {len(growing)} motions grow without oscillating"
         if side := one_sided(self.point):
             head += f"\n{side}"
         if self.near is not None:
@@ -321,9 +324,10 @@ class Modes(Eigenpairs):
         lines = [head]
         if rows:
             lines.append(self.list_modes(("damping ratio", "shape"), rows))
-        if len(self.decays):
-            listed = ", ".join(number(value, 4) for value in self.decays[:10])
-            lines.append(f"decays, 1/s: {listed}{', ...' if len(self.decays) > 10 else ''}")
+        for what, values in (("decays", self.decays[self.decays < 0]), ("grows", growing)):
+            if len(values):
+                listed = ", ".join(number(value, 4) for value in values[:10])
+                lines.append(f"{what}, 1/s: {listed}{', ...' if len(values) > 10 else ''}")
         lines += [f"rigid body: {name}" for name in self.rigid_names]
         return "\n".join(lines)
 
