@@ -64,7 +64,7 @@ def torsional_report(
     margin : float, optional
         Least distance of the critical speeds of `orders` from the operation, as a share.
     orders : iterable of float, optional
-        Orders of the Campbell diagram; default is the eight largest.
+        Orders of the Campbell diagram; default is all. The report names those left out.
     modes : Modes, optional
         Default is those at the mean state in the middle of the operation, by `mean_modes`.
     campbell : Campbell, optional

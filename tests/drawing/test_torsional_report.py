@@ -325,3 +325,23 @@ def test_the_command_writes_the_page_of_a_users_module(tmp_path: Path, capsys):
     assert "no function report(path, parameters)" in capsys.readouterr().err
     assert main(["report", str(tmp_path / "none.py")]) == 2
     assert "there is no file" in capsys.readouterr().err
+
+
+def test_every_critical_speed_is_listed_or_its_order_is_named(tmp_path: Path):
+    """Twelve orders of a drive of two inertias, the sixth of which is the weakest."""
+    sizes = {float(order): 1e-9 if order == 6 else TORQUE for order in range(1, 13)}
+    response = order_response(
+        drive(), speeds=SPEEDS, of=["shaft.tau"], excitations={"push.tau": sizes}
+    )
+    options = {"operation": ("900 rpm", "1000 rpm")}
+    page = lp.drawing.torsional_report(response, tmp_path / "all.html", **options)
+    cells = Page(page).cells
+    head = ("speed, 1/min", "order", "mode", "natural frequency, Hz", "distance from operation, %")
+    rows = np.reshape(after(cells, *head)[:25], (5, 5)).astype(float)
+    assert rows[:, 1].tolist() == [6, 5, 4, 3, 2]  # below 1200 and above 200 1/min
+    assert rows[:, 0] == pytest.approx(NATURAL / rows[:, 1] / RPM, rel=1e-5)
+    assert "of the responses are left out" not in page.read_text()
+    text = lp.drawing.torsional_report(
+        response, tmp_path / "few.html", orders=[1, 2, 6, 11, 12], **options
+    ).read_text()
+    assert "of the orders 1, 2, 6, 11, 12. Orders 3, 4, 5, 7, 8, 9, 10 of the responses" in text
