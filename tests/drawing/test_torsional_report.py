@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import chromium
 from html_page import Page
 from rows import assemble_row, in_a_row
 
@@ -345,3 +346,30 @@ def test_every_critical_speed_is_listed_or_its_order_is_named(tmp_path: Path):
         response, tmp_path / "few.html", orders=[1, 2, 6, 11, 12], **options
     ).read_text()
     assert "of the orders 1, 2, 6, 11, 12. Orders 3, 4, 5, 7, 8, 9, 10 of the responses" in text
+
+
+def test_a_pdf_is_the_printed_page(tmp_path: Path, monkeypatch):
+    if (program := chromium()) is None:
+        pytest.skip("no Chromium: set LUMPED_CHROMIUM to its path")
+    monkeypatch.setenv("LUMPED_CHROMIUM", program)
+    made = lp.drawing.torsional_report(respond(), tmp_path / "page.PDF").read_bytes()
+    assert made.startswith(b"%PDF-")
+    assert b"%%EOF" in made[-16:]
+    widths = [float(width) for width in re.findall(rb"/MediaBox \[0 0 (\S+) ", made)]
+    assert widths == pytest.approx([210 / 25.4 * 72] * len(widths), abs=0.5)  # A4
+    assert len(widths) > 3
+    assert [each.name for each in tmp_path.iterdir()] == ["page.PDF"]
+
+
+@pytest.mark.parametrize(
+    ("program", "told"),
+    [("/none", "'/none' is no program"), ("false", "printed no PDF"), ("", "none is on the PATH")],
+)
+def test_a_pdf_that_nothing_prints_is_refused(program, told, tmp_path: Path, monkeypatch):
+    monkeypatch.setenv("LUMPED_CHROMIUM", program)
+    if not program:
+        monkeypatch.setenv("PATH", str(tmp_path))
+    for write, of in ((lp.drawing.torsional_report, respond()), (lp.drawing.report_html, drive())):
+        with pytest.raises(OptionError, match=rf"x\.pdf: .*{told}.* Write x\.html instead"):
+            write(of, tmp_path / "x.pdf")
+    assert not list(tmp_path.iterdir())
