@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Never, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Never, Self
 
 from lumped.errors import EquationError, UnknownNameError
 from lumped.language.expression import Call, Der, Equation, Expr, Partial, Ref, walk
@@ -10,10 +10,18 @@ from lumped.language.quantity import Quantity
 from lumped.support.arguments import checked
 
 
-class _PortQuantity(Quantity):
-    """Potential or flow of a port."""
+class PortQuantity(Quantity):
+    """Potential or flow of a port.
 
-    def __init__(self, unit: str, text: str, kind: str) -> None:
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    kind : {"potential", "flow"}
+        Which of both it is: equal where ports meet, or with a sum of zero.
+    """
+
+    def __init__(self, unit: str, text: str, kind: Literal["potential", "flow"]) -> None:
         super().__init__(unit, text)
         self.kind = kind
 
@@ -83,9 +91,9 @@ class Flange(Port):
     """End of a shaft: angle `phi` in rad, torque `tau` in N.m acting on the component."""
 
     kind = "rotational flange"
-    potential = _PortQuantity("rad", "angle of the flange", "potential")
+    potential = PortQuantity("rad", "angle of the flange", "potential")
     potential_name = "phi"
-    flow = _PortQuantity("N.m", "torque on the component", "flow")
+    flow = PortQuantity("N.m", "torque on the component", "flow")
     flow_name = "tau"
 
     @property
@@ -103,9 +111,9 @@ class LinearFlange(Port):
     """End of a rod: position `s` in m, force `f` in N acting on the component."""
 
     kind = "translational flange"
-    potential = _PortQuantity("m", "position of the flange", "potential")
+    potential = PortQuantity("m", "position of the flange", "potential")
     potential_name = "s"
-    flow = _PortQuantity("N", "force on the component", "flow")
+    flow = PortQuantity("N", "force on the component", "flow")
     flow_name = "f"
 
     @property
@@ -123,9 +131,9 @@ class Pin(Port):
     """Electrical pin: potential `v` in V, current `i` in A into the component."""
 
     kind = "electrical pin"
-    potential = _PortQuantity("V", "potential of the pin", "potential")
+    potential = PortQuantity("V", "potential of the pin", "potential")
     potential_name = "v"
-    flow = _PortQuantity("A", "current into the component", "flow")
+    flow = PortQuantity("A", "current into the component", "flow")
     flow_name = "i"
 
     @property
@@ -143,9 +151,9 @@ class HeatPort(Port):
     """Thermal port: absolute temperature `T` in K, heat flow `Q` in W into the component."""
 
     kind = "thermal port"
-    potential = _PortQuantity("K", "temperature of the port", "potential")
+    potential = PortQuantity("K", "temperature of the port", "potential")
     potential_name = "T"
-    flow = _PortQuantity("W", "heat flow into the component", "flow")
+    flow = PortQuantity("W", "heat flow into the component", "flow")
     flow_name = "Q"
 
     @property
