@@ -1,9 +1,10 @@
-"""Parts that do nothing: connected to nothing, or with all ends in one place."""
+"""Parts that do nothing: connected to nothing, or with all ends in one place; idle parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+import casadi as ca
 import numpy as np
 
 from lumped.flattening.flat_model import FlatModel, Group
@@ -22,6 +23,16 @@ def find_idle_parts(flat: FlatModel) -> list[str]:
     touched = np.zeros(flat.tree.unknown_count, dtype=bool)
     touched[joined] = True
     return [*_find_alone(flat, touched), *_find_closed(flat, joined, touched)]
+
+
+def find_idle_parameters(flat: FlatModel) -> list[str]:
+    """Names of parameters with a value of their own that no equation and no start value has."""
+    own = flat.parameters
+    used = {n for g in (*flat.groups, *flat.initial) for n in g.parameters.ravel().tolist()}
+    every = [own.values[sorted(used)], *flat.given.values(), *flat.starts.values()]
+    found = ca.jacobian_sparsity(ca.vertcat(ca.SX(0, 1), *every), own.theta).get_triplet()[1]
+    reached = set(found)
+    return [name for i, name in enumerate(own.free_names) if i not in reached]
 
 
 def _find_alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:

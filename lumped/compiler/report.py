@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from lumped.compiler.idle_parts import find_idle_parameters
 from lumped.compiler.structure import Structure
 from lumped.reduction.pruning import LeftOut
 from lumped.support.rich_html import RichHtml
@@ -29,6 +30,9 @@ class Report(RichHtml):
         What is not computed, and why.
     still : tuple of str
         Ports that are left open and stand still, such as the supports of gears.
+    idle : tuple of str
+        Parameters that occur in no equation and no start value. Losses, stored energies and ranges
+        may use them.
     seconds : dict of str to float
         Time of each stage.
     """
@@ -39,6 +43,7 @@ class Report(RichHtml):
     implicit: tuple[str, ...]
     left_out: tuple[LeftOut, ...]
     still: tuple[str, ...]
+    idle: tuple[str, ...]
     seconds: dict[str, float]
 
     def __getitem__(self, name: str) -> int:
@@ -54,6 +59,7 @@ class Report(RichHtml):
             "solved together": self.blocks,
             "found by Newton's method": self.implicit,
             "left open and held still": self.still,
+            "parameters in no equation": self.idle,
             "left out": [repr(item) for item in self.left_out],
         }
         for title, items in lists.items():
@@ -96,6 +102,7 @@ def report_on(structure: Structure, names: Sequence[str], seconds: Mapping[str, 
         tuple(name(n) for n in structure.implicit),
         tuple(structure.left_out),
         tuple(name for _, name in flat.joints.grounded),
+        tuple(find_idle_parameters(flat)),
         dict(seconds),
     )
 

@@ -210,7 +210,7 @@ class System(Shared, RichHtml):
         EquationError, UnitError
             If a formula has no meaning (see `measure`).
         """
-        structure, keys = self.structure, [self.key(name) for name in names]
+        structure, keys = self.structure, [self.structure.tree.computable(name) for name in names]
         plain = [k for k in keys if not isinstance(k, Formula)]
         quantities = iter(ca.vertsplit(structure.raw([structure.tree.unknown(k) for k in plain])))
         parts = [structure.formula(k) if isinstance(k, Formula) else next(quantities) for k in keys]
@@ -345,7 +345,8 @@ class System(Shared, RichHtml):
 
     def quantity(self, name: Name) -> Quantity:
         """Declaration of a quantity: unit and text."""
-        key, tree = self.key(name), self.structure.tree
+        tree = self.structure.tree
+        key = tree.computable(name)
         if isinstance(key, Formula):
             return Quantity(unit_of(key.expression(tree.reference)), str(key))
         return tree.quantity(tree.unknown(key))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from lumped.compiler.system import System
 from lumped.drawing.inline import inline
 from lumped.drawing.page_frame import prose, report_page, table
+from lumped.drawing.page_print import find_printer, write_page
 from lumped.drawing.page_run import Told, comparison, energy, events, sizes
 from lumped.drawing.schematic import schematic
 from lumped.language.declared import text_of
@@ -18,7 +19,6 @@ from lumped.simulation.work_precision import WorkPrecision
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units
 from lumped.support.text_table import amounts, number
-from lumped.support.whole_files import write_text
 from lumped.timeloop.results.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -70,7 +70,8 @@ def report_html(
     system : System
         From `lumped.assemble`.
     path : str or Path
-        File to write.
+        File to write: .html, or .pdf where Chromium, Chrome or Edge is on the PATH, or its path in
+        the environment variable LUMPED_CHROMIUM.
     title : str, optional
         Title of the page; default is the name of the model.
     text : mapping of str to str or sequence of str, optional
@@ -101,11 +102,15 @@ def report_html(
 
     Raises
     ------
+    OptionError
+        If a PDF cannot be printed.
     UnitError
         If a unit does not fit.
     UnknownNameError
         If a unit is given for a name that does not exist.
     """
+    target = Path(path)
+    printer = find_printer(target)
     parameters = system.structure.parameters.names
     choice = choose_units(units, ("time", "energy", *system.names(), *parameters))
     name = title or system.name
@@ -125,8 +130,7 @@ def report_html(
         ("Error and run time", "" if accuracy is None else _accuracy(accuracy)),
         ("Left out", _list_left_out(system)),
     )
-    target = Path(path)
-    write_text(target, report_page(name, sections))
+    write_page(target, report_page(name, sections), printer)
     return target
 
 

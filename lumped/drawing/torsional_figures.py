@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import cycle
 
 import numpy as np
@@ -93,13 +92,7 @@ def _draw(axis: Axes, x: Real, y: Real, style: Style, label: str) -> None:
 
 def campbell_figure(study: Study) -> Figure:
     """Orders, and the natural frequencies that these reach; if none, the lowest."""
-    found = study.campbell
-    rays = np.outer(found.speeds, [max(found.orders) / (2 * np.pi)])
-    reached = np.flatnonzero((found.hertz <= rays).any(axis=0))
-    shown = reached if len(reached) else [0] * bool(found.hertz.size)
-    figure: Figure = replace(found, hertz=found.hertz[:, shown]).plot(
-        between=study.operation, units=study.units
-    )
+    figure: Figure = study.campbell.plot(between=study.operation, units=study.units)
     figure.suptitle("")
     return figure
 

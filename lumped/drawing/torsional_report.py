@@ -8,11 +8,11 @@ from pathlib import Path
 from numpy.typing import ArrayLike
 
 from lumped.drawing.page_frame import report_page
+from lumped.drawing.page_print import find_printer, write_page
 from lumped.drawing.torsional_sections import lead, sections
 from lumped.drawing.torsional_study import Limits, study
 from lumped.support.arguments import checked
 from lumped.support.display_units import Units
-from lumped.support.whole_files import write_text
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
@@ -52,7 +52,8 @@ def torsional_report(
         ``{"all cylinders fire": ..., "cylinder 1 misfires": ...}``. The first is that of the drive
         whose data, modes and critical speeds are told.
     path : str or Path
-        File to write.
+        File to write: .html, or .pdf where Chromium, Chrome or Edge is on the PATH, or its path in
+        the environment variable LUMPED_CHROMIUM.
     title : str
         Title of the page; if empty, the name of the model.
     about : mapping of str to str or sequence of str, optional
@@ -64,7 +65,7 @@ def torsional_report(
     margin : float, optional
         Least distance of the critical speeds of `orders` from the operation, as a share.
     orders : iterable of float, optional
-        Orders of the Campbell diagram; default is the eight largest.
+        Orders of the Campbell diagram; default is all. The report names those left out.
     modes : Modes, optional
         Default is those at the mean state in the middle of the operation, by `mean_modes`.
     campbell : Campbell, optional
@@ -87,14 +88,16 @@ def torsional_report(
     Raises
     ------
     OptionError
-        If there is no response, the operation makes no sense, an order was not computed, or a run
-        has none of the quantities.
+        If there is no response, the operation makes no sense, an order was not computed, a run has
+        none of the quantities, or a PDF cannot be printed.
     UnknownNameError
         If a limit is for a quantity that was not computed, or a caption is unknown, or a unit is
         given for a name that does not exist.
     UnitError
         If a limit or speed has a unit of another dimension, or a unit to show does.
     """
+    target = Path(path)
+    printer = find_printer(target)
     found = study(
         response,
         limits=limits,
@@ -108,6 +111,6 @@ def torsional_report(
         units=units,
     )
     parts = list(sections(found, assumptions))
-    target = Path(path)
-    write_text(target, report_page(title or found.system.name, parts, lead(found, about or {})))
+    page = report_page(title or found.system.name, parts, lead(found, about or {}))
+    write_page(target, page, printer)
     return target

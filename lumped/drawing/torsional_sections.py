@@ -102,6 +102,17 @@ def _critical(study: Study) -> str:
             row.append(f"{100 * study.distance(each):.1f}")
     listed = table(head, rows, range(len(head)))
     parts.append(listed if rows else prose("There is no critical speed of these orders."))
+    low, high = speed.value(found.speeds[[0, -1]])
+    between = f"from {number(low)} to {number(high)} {speed.unit}"
+    left_out = ", ".join(map(number, study.orders_left_out))
+    parts.append(
+        prose(
+            f"These are all critical speeds {between} of the orders "
+            f"{', '.join(map(number, found.orders))}."
+            + f" Orders {left_out} of the responses are left out."
+            * bool(left_out)
+        )
+    )
     return "\n".join(parts)
 
 

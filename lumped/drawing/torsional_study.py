@@ -34,8 +34,6 @@ Limits = Iterable[Limit] | Mapping[str, Iterable[Limit]]
 
 MOST_ORDERS = 6
 """Orders of a quantity that are drawn, the largest."""
-MOST_CRITICAL = 8
-"""Orders of the Campbell diagram, the largest of any quantity."""
 _SAME = 1e-9
 """Relative difference of speeds that is rounding."""
 _ALIKE = 0.9
@@ -56,8 +54,6 @@ class Study:
         First and last speed of operation, rad/s.
     margin : float or None
         Least distance of critical speeds from it.
-    orders : tuple of float
-        Orders of the Campbell diagram.
     modes : Modes
         At the mean state of `place`.
     campbell : Campbell
@@ -77,7 +73,6 @@ class Study:
     limits: dict[str, tuple[Limit, ...]]
     operation: tuple[float, float] | None
     margin: float | None
-    orders: tuple[float, ...]
     modes: Modes
     campbell: Campbell
     is_at_means: bool
@@ -142,6 +137,12 @@ class Study:
         system = self.responses[caption].system
         return [x for x in self.limits.get(caption, ()) if system.key(x.quantity) == output]
 
+    @property
+    def orders_left_out(self) -> list[float]:
+        """Orders of the responses that the Campbell diagram does not have."""
+        every = {order for r in self.responses.values() for order in r.orders.tolist()}
+        return sorted(every - set(self.campbell.orders))
+
     def find_watched(self, caption: str) -> list[str]:
         """Quantities of the responses and of its limits that a run has.
 
@@ -176,7 +177,8 @@ class Study:
     def reach(self) -> tuple[float, float]:
         """Least and greatest frequency of the orders of the Campbell diagram, Hz."""
         speeds = self.first.speeds / (2 * np.pi)
-        return float(speeds[0] * min(self.orders)), float(speeds[-1] * max(self.orders))
+        orders = self.campbell.orders
+        return float(speeds[0] * min(orders)), float(speeds[-1] * max(orders))
 
     @cached_property
     def drive(self) -> MassElastic | str:
@@ -264,7 +266,6 @@ def study(
         _limits(limits, given, runs),
         between,
         margin,
-        drawn,
         own_modes,
         found_campbell or _campbell(first, drawn, between, margin or 0.0),
         found_campbell is None,
@@ -302,14 +303,14 @@ def _operation(given: tuple[float | str, float | str], first: OrderResponse) -> 
 def _orders(
     given: Iterable[float] | None, responses: Mapping[str, OrderResponse]
 ) -> tuple[float, ...]:
-    """Orders of the Campbell diagram: as given, or the largest of any quantity."""
+    """Orders of the Campbell diagram: as given, or all that were computed."""
     first = next(iter(responses.values()))
     if given is not None:
         wanted = tuple(sorted({float(order) for order in given}))
         for order in wanted:
             first.magnitude(first.of[0], order)
         return wanted
-    return strongest_orders(responses.values(), MOST_CRITICAL)
+    return tuple(sorted({order for r in responses.values() for order in r.orders.tolist()}))
 
 
 def strongest_orders(responses: Iterable[OrderResponse], most: int) -> tuple[float, ...]:

@@ -368,5 +368,13 @@ def _tells_steps(interface: Any, version: int) -> bool:
 def _unpack(path: Path, stamp: int) -> tuple[str, tempfile.TemporaryDirectory[str]]:
     """Hash of a file, and a folder with what is in it."""
     folder = tempfile.TemporaryDirectory(prefix="lumped-unit-", ignore_cleanup_errors=True)
-    extra("fmpy", "fmi", f"from_fmu({path.name!r})").extract(str(path), folder.name)
+    fmpy = extra("fmpy", "fmi", f"from_fmu({path.name!r})")
+    try:
+        fmpy.extract(str(path), folder.name)
+    except Exception as fault:  # of a path that leaves the folder, FMPy raises no kind of its own
+        folder.cleanup()
+        raise DeclarationError(
+            f"from_fmu: {path} cannot be unpacked ({fault}). Pack it anew, with paths below its "
+            "own folder."
+        ) from None
     return hashlib.sha256(path.read_bytes()).hexdigest(), folder

@@ -257,6 +257,14 @@ class Tree:
             + nearest(key, self.parameter_names())
         )
 
+    def computable(self, name: str | Expr) -> str:
+        """The key of a quantity or formula; a parameter alone is a formula."""
+        key = key_of(name)
+        found = None if isinstance(key, Formula) else self._look_up(key)
+        if found is None or found[1] not in found[0].layout.parameters:
+            return key
+        return Formula.made(lambda parameter: parameter, key)
+
     def reference(self, name: str) -> Ref:
         """Reference to an unknown or a parameter.
 

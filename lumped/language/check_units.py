@@ -32,6 +32,7 @@ from lumped.support.units import Dimension, dimension, format_dimension
 
 _NUMBER: Dimension = {}
 _SAME = {"+", "-", "min", "max"}
+_ALIKE = {*_SAME, "atan2"}
 
 
 class _ClashError(Exception):
@@ -43,8 +44,9 @@ def check_units(model: Component) -> int:
     """Check the dimensions of all equations of a model and its parts.
 
     Angles count as numbers, so that ``v == w r`` holds; zero and the entries of tables fit
-    everywhere, other numbers are numbers. Signals that are joined must be of the same kind, unless
-    one is a plain number.
+    everywhere. A number added to a quantity, compared with it or equal to it is in its unit;
+    factors and arguments of functions are numbers. Signals that are joined must be of the same
+    kind, unless one is a plain number.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ def check_units(model: Component) -> int:
         for left, right, shown in pairs:
             count += 1
             try:
-                _match_dimensions([_dimension(left), _dimension(right)])
+                _dimension(Call("-", (left, right)))
             except _ClashError as clash:
                 faults.append(f"{path}: {shown}: {clash}")
     if faults:
@@ -89,7 +91,7 @@ def check_terms(root: Expr) -> None:
         With both units. Needs pint (``lumped[units]``).
     """
     try:
-        _dimension(root, free=True)
+        _dimension(root)
     except _ClashError as clash:
         raise UnitError(f"dimensions do not fit: {clash}") from None
 
@@ -126,7 +128,8 @@ def _sides(item: Item) -> Iterator[tuple[Expr, Expr, str]]:
                 yield item.reaction, limit, f"{name} of {text(item.reaction)} = {text(limit)}"
         if item.gap is not None:
             yield Der(item.gap), item.speed, f"gap = {text(item.gap)}"
-        yield ConstantExpression(1.0), item.restitution, f"restitution = {text(item.restitution)}"
+        factor = Call("sign", (item.restitution,))  # a number, in whose unit none is taken
+        yield factor, item.restitution, f"restitution = {text(item.restitution)}"
         if item.engaged is not None:
             yield from _condition(item.engaged)
 
@@ -135,14 +138,25 @@ def _condition(condition: Compare) -> Iterator[tuple[Expr, Expr, str]]:
     yield condition.greater, condition.less, repr(condition)
 
 
-def _dimension(root: Expr, *, free: bool = False) -> Dimension | None:
-    """Dimension of an expression; None if it fits everywhere, as free numbers in sums do."""
+def _dimension(root: Expr) -> Dimension | None:
+    """Dimension of an expression; None if it fits everywhere.
+
+    Numbers beside quantities fit. A choice between numbers, or a sum of them, is a number too.
+    """
     done: dict[int, Dimension | None] = {}
+    numbers: set[int] = set()
     for node in walk(root):
-        parts = [done[id(child)] for child in node.children()]
-        if free and (isinstance(node, Where) or (isinstance(node, Call) and node.op in _SAME)):
-            for i, child in enumerate(node.children()):
-                parts[i] = None if isinstance(child, ConstantExpression) else parts[i]
+        children = node.children()
+        parts = [done[id(child)] for child in children]
+        are = [id(child) in numbers for child in children]
+        if isinstance(node, ConstantExpression):
+            numbers.add(id(node))
+        elif isinstance(node, Where) or (isinstance(node, Call) and node.op in _ALIKE):
+            first = 2 if isinstance(node, Where) else 0  # of what is chosen from
+            if all(are[first:]):
+                numbers.add(id(node))
+                are[first:] = [False] * len(are[first:])
+            parts = [None if free else part for part, free in zip(parts, are, strict=True)]
         done[id(node)] = _of(node, parts)
     return done[id(root)]
 

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Never, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Never, Self
 
 from lumped.errors import EquationError, UnknownNameError
-from lumped.language.expression import Equation, Expr, Partial, Ref, walk
+from lumped.language.expression import Call, Der, Equation, Expr, Partial, Ref, walk
 from lumped.language.quantity import Quantity
 from lumped.support.arguments import checked
 
 
-class _PortQuantity(Quantity):
-    """Potential or flow of a port."""
+class PortQuantity(Quantity):
+    """Potential or flow of a port.
 
-    def __init__(self, unit: str, text: str, kind: str) -> None:
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    kind : {"potential", "flow"}
+        Which of both it is: equal where ports meet, or with a sum of zero.
+    """
+
+    def __init__(self, unit: str, text: str, kind: Literal["potential", "flow"]) -> None:
         super().__init__(unit, text)
         self.kind = kind
 
@@ -83,9 +91,9 @@ class Flange(Port):
     """End of a shaft: angle `phi` in rad, torque `tau` in N.m acting on the component."""
 
     kind = "rotational flange"
-    potential = _PortQuantity("rad", "angle of the flange", "potential")
+    potential = PortQuantity("rad", "angle of the flange", "potential")
     potential_name = "phi"
-    flow = _PortQuantity("N.m", "torque on the component", "flow")
+    flow = PortQuantity("N.m", "torque on the component", "flow")
     flow_name = "tau"
 
     @property
@@ -103,9 +111,9 @@ class LinearFlange(Port):
     """End of a rod: position `s` in m, force `f` in N acting on the component."""
 
     kind = "translational flange"
-    potential = _PortQuantity("m", "position of the flange", "potential")
+    potential = PortQuantity("m", "position of the flange", "potential")
     potential_name = "s"
-    flow = _PortQuantity("N", "force on the component", "flow")
+    flow = PortQuantity("N", "force on the component", "flow")
     flow_name = "f"
 
     @property
@@ -123,9 +131,9 @@ class Pin(Port):
     """Electrical pin: potential `v` in V, current `i` in A into the component."""
 
     kind = "electrical pin"
-    potential = _PortQuantity("V", "potential of the pin", "potential")
+    potential = PortQuantity("V", "potential of the pin", "potential")
     potential_name = "v"
-    flow = _PortQuantity("A", "current into the component", "flow")
+    flow = PortQuantity("A", "current into the component", "flow")
     flow_name = "i"
 
     @property
@@ -143,9 +151,9 @@ class HeatPort(Port):
     """Thermal port: absolute temperature `T` in K, heat flow `Q` in W into the component."""
 
     kind = "thermal port"
-    potential = _PortQuantity("K", "temperature of the port", "potential")
+    potential = PortQuantity("K", "temperature of the port", "potential")
     potential_name = "T"
-    flow = _PortQuantity("W", "heat flow into the component", "flow")
+    flow = PortQuantity("W", "heat flow into the component", "flow")
     flow_name = "Q"
 
     @property
@@ -165,12 +173,15 @@ def lossless(relation: Equation, *ports: Port) -> tuple[Equation, ...]:
 
     The kinematic relation fixes one port's potential by those of the others; the flows follow
     from virtual work: if ``q_0 == g(q_1, ..., q_n)``, then ``flow_i == -dg/dq_i * flow_0``
-    (Lanczos, The Variational Principles of Mechanics, ch. III).
+    (Lanczos, The Variational Principles of Mechanics, ch. III). If rates are related,
+    ``der(q_0) == sum(a_i der(q_i))``, then ``flow_i == -a_i * flow_0``, whether or not there is a
+    function of the potentials with these derivatives.
 
     Parameters
     ----------
     relation : Equation
-        Potential of one of the ports ``==`` a function of the potentials of the others.
+        Potential of one of the ports ``==`` a function of the potentials of the others, or its
+        rate ``==`` a sum of their rates times factors.
     *ports : Port
         All ports that take part.
 
@@ -182,29 +193,72 @@ def lossless(relation: Equation, *ports: Port) -> tuple[Equation, ...]:
     Raises
     ------
     EquationError
-        If the left side is not the potential of one of the ports, or occurs on the right too.
+        If the left side is not the potential of one of the ports or its rate, or occurs on the
+        right too, or rates are not in a sum.
     """
     known = {(id(p.owner), p.across().name): p for p in ports}
-    left = relation.left
+    of_rates = isinstance(relation.left, Der)
+    left = relation.left.of if isinstance(relation.left, Der) else relation.left
     explicit = known.get((id(left.owner), left.name)) if isinstance(left, Ref) else None
     if explicit is None:
         raise EquationError(
             f"lossless('{relation!r}', ...): the left side must be the potential of one of the "
-            f"ports {', '.join(p.name for p in ports)}."
+            f"ports {', '.join(p.name for p in ports)}, or its rate."
         )
-    used: dict[tuple[int, str], Ref] = {}
-    for node in walk(relation.right):
-        if isinstance(node, Ref) and (id(node.owner), node.name) in known:
-            used.setdefault((id(node.owner), node.name), node)
-    if (id(explicit.owner), explicit.across().name) in used:
+    factors = (_rate_factors if of_rates else _slopes)(relation.right, set(known))
+    if factors is None:
+        raise EquationError(
+            f"lossless('{relation!r}', ...): where the left side is a rate, the right side must be "
+            "a sum of rates times factors, such as i * der(b.phi) + j * der(c.phi)."
+        )
+    if (id(explicit.owner), explicit.across().name) in factors:
         raise EquationError(f"lossless('{relation!r}', ...): {left!r} stands on both sides.")
     drive = explicit.through()
     flows = []
     for key, port in known.items():
         if port is not explicit:
-            ratio: Expr | float = Partial(relation.right, used[key]) if key in used else 0.0
-            flows.append(port.through() == -ratio * drive)
+            flows.append(port.through() == -factors.get(key, 0.0) * drive)
     return (relation, *flows)
+
+
+def _slopes(of: Expr, known: set[_Key]) -> dict[_Key, Expr]:
+    """Partial derivatives of an expression by the potentials in it."""
+    used: dict[_Key, Ref] = {}
+    for node in walk(of):
+        if isinstance(node, Ref) and (id(node.owner), node.name) in known:
+            used.setdefault((id(node.owner), node.name), node)
+    return {key: Partial(of, node) for key, node in used.items()}
+
+
+def _rate_factors(of: Expr, known: set[_Key]) -> dict[_Key, Expr] | None:
+    """Factors of the rates of the potentials in a sum; None if it is none."""
+    if isinstance(of, Der):
+        return _slopes(of.of, known)
+    if not any(isinstance(node, Der) and _slopes(node.of, known) for node in walk(of)):
+        return {}
+    if not isinstance(of, Call):
+        return None
+    parts = [_rate_factors(part, known) for part in of.args]
+    match of.op, of.args, parts:
+        case "neg", _, [{} as a]:
+            return {key: -factor for key, factor in a.items()}
+        case (("+" | "-"), _, [{} as a, {} as b]):
+            found = dict(a)
+            for key, factor in b.items():
+                more = factor if of.op == "+" else -factor
+                found[key] = found[key] + more if key in found else more
+            return found
+        case "*", (_, y), [{} as a, b] if b == {}:
+            return {key: factor * y for key, factor in a.items()}
+        case "*", (x, _), [a, {} as b] if a == {}:
+            return {key: x * factor for key, factor in b.items()}
+        case "/", (_, y), [{} as a, b] if b == {}:
+            return {key: factor / y for key, factor in a.items()}
+    return None
+
+
+_Key = tuple[int, str]
+"""Owner and name of a potential."""
 
 
 class Connection:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import chromium
 from html_page import Page
 from rows import assemble_row, in_a_row
 
@@ -325,3 +326,50 @@ def test_the_command_writes_the_page_of_a_users_module(tmp_path: Path, capsys):
     assert "no function report(path, parameters)" in capsys.readouterr().err
     assert main(["report", str(tmp_path / "none.py")]) == 2
     assert "there is no file" in capsys.readouterr().err
+
+
+def test_every_critical_speed_is_listed_or_its_order_is_named(tmp_path: Path):
+    """Twelve orders of a drive of two inertias, the sixth of which is the weakest."""
+    sizes = {float(order): 1e-9 if order == 6 else TORQUE for order in range(1, 13)}
+    response = order_response(
+        drive(), speeds=SPEEDS, of=["shaft.tau"], excitations={"push.tau": sizes}
+    )
+    options = {"operation": ("900 rpm", "1000 rpm")}
+    page = lp.drawing.torsional_report(response, tmp_path / "all.html", **options)
+    cells = Page(page).cells
+    head = ("speed, 1/min", "order", "mode", "natural frequency, Hz", "distance from operation, %")
+    rows = np.reshape(after(cells, *head)[:25], (5, 5)).astype(float)
+    assert rows[:, 1].tolist() == [6, 5, 4, 3, 2]  # below 1200 and above 200 1/min
+    assert rows[:, 0] == pytest.approx(NATURAL / rows[:, 1] / RPM, rel=1e-5)
+    assert "of the responses are left out" not in page.read_text()
+    text = lp.drawing.torsional_report(
+        response, tmp_path / "few.html", orders=[1, 2, 6, 11, 12], **options
+    ).read_text()
+    assert "of the orders 1, 2, 6, 11, 12. Orders 3, 4, 5, 7, 8, 9, 10 of the responses" in text
+
+
+def test_a_pdf_is_the_printed_page(tmp_path: Path, monkeypatch):
+    if (program := chromium()) is None:
+        pytest.skip("no Chromium: set LUMPED_CHROMIUM to its path")
+    monkeypatch.setenv("LUMPED_CHROMIUM", program)
+    made = lp.drawing.torsional_report(respond(), tmp_path / "page.PDF").read_bytes()
+    assert made.startswith(b"%PDF-")
+    assert b"%%EOF" in made[-16:]
+    widths = [float(width) for width in re.findall(rb"/MediaBox \[0 0 (\S+) ", made)]
+    assert widths == pytest.approx([210 / 25.4 * 72] * len(widths), abs=0.5)  # A4
+    assert len(widths) > 3
+    assert [each.name for each in tmp_path.iterdir()] == ["page.PDF"]
+
+
+@pytest.mark.parametrize(
+    ("program", "told"),
+    [("/none", "'/none' is no program"), ("false", "printed no PDF"), ("", "none is on the PATH")],
+)
+def test_a_pdf_that_nothing_prints_is_refused(program, told, tmp_path: Path, monkeypatch):
+    monkeypatch.setenv("LUMPED_CHROMIUM", program)
+    if not program:
+        monkeypatch.setenv("PATH", str(tmp_path))
+    for write, of in ((lp.drawing.torsional_report, respond()), (lp.drawing.report_html, drive())):
+        with pytest.raises(OptionError, match=rf"x\.pdf: .*{told}.* Write x\.html instead"):
+            write(of, tmp_path / "x.pdf")
+    assert not list(tmp_path.iterdir())

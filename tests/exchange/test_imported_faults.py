@@ -1,5 +1,6 @@
 """Units of FMI that fail or cannot be used, and what cannot be done with them."""
 
+import shutil
 import zipfile
 
 import numpy as np
@@ -106,9 +107,17 @@ def text_file(folder):
     return path
 
 
+def with_an_absolute_path(folder):
+    path = shutil.copy(folder / "pi_2.0.fmu", folder / "leaving.fmu")
+    with zipfile.ZipFile(path, "a") as made:
+        made.writestr("/etc/absolute.txt", "x")
+    return path
+
+
 @pytest.mark.parametrize(
     ("path", "options", "text"),
     [
+        (with_an_absolute_path, {}, "leaving.fmu cannot be unpacked"),
         (without("none.fmu"), {}, "there is no file"),
         (text_file, {}, "cannot be read as a unit of FMI"),
         (other_platform, {}, "has binaries for win64, not for linux64"),

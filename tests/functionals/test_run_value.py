@@ -1,5 +1,6 @@
 """A functional is the same number of a run, an ensemble, a gradient and a scatter."""
 
+import math
 import pickle
 
 import numpy as np
@@ -126,3 +127,28 @@ def test_the_mean_square_of_almost_nothing_is_not_negative():
     assert Place(0, is_positive=True).value(found).tolist() == [0.0, 4.0]
     assert fun.rms("a.w").readings[0].is_of_square
     assert not fun.integral("a.w", "spring.tau").readings[0].is_of_square
+
+
+class Decay(lp.Component):
+    """A quantity that decays."""
+
+    a: lp.Param = lp.param("1/s", "rate", 0.5)
+    x: lp.Var = lp.var("1", "what decays")
+
+    def equations(self):
+        yield lp.der(self.x) == -self.a * self.x
+
+
+def test_a_parameter_alone_is_a_functional():
+    """Its value and derivative are it and 1, and a normal one is above 2 at 1 - Phi(2)."""
+    system = lp.assemble(Decay())
+    own = fun.final(system.model.a)
+    assert lp.simulate(system, until=0.1).value(own) == 0.5
+    assert lp.gradient(system, of=[own], by=["a"], until=0.1).derivatives == pytest.approx(1.0)
+    assert lp.ensemble(system, over={"a": [1.0, 2.0]}, of=[own], until=0.1).values.ravel() == (
+        pytest.approx([1.0, 2.0])
+    )
+    found = lp.reliability(system, fun.final("a"), over={"a": lp.normal(0, 1)}, until=0.1, above=2)
+    assert found.probability == pytest.approx(0.5 * math.erfc(2 / math.sqrt(2)), rel=1e-9)
+    found = lp.optimise(system, vary={"a": (-1.0, 3.0)}, minimise=own, until=0.1)
+    assert found.parameters["a"] == pytest.approx(-1.0)

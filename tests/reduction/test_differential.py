@@ -7,6 +7,7 @@ from scipy.linalg import expm
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque
+from lumped.errors import EquationError
 
 TURNS = 100
 
@@ -145,3 +146,74 @@ def test_elastic_half_shafts_keep_the_loop_and_the_energy():
     for name, wheel, ratio in (("one", "left", 1.1), ("two", "right", 0.9)):
         twist = ratio * run["car.phi"] - run[f"{wheel}.phi"]
         assert np.abs(run[f"{name}.phi_rel"] - twist).max() < 1e-9 * run["car.phi"].max()
+
+
+class RateGear(lp.Component):
+    """Lossless parts of rates: a gear, a differential, and a screw whose pitch grows."""
+
+    a = lp.Flange()
+    b = lp.Flange()
+    c = lp.Flange(free=True)
+    ratio: lp.Param = lp.param("1", "ratio", 3.0)
+    law: object = None
+
+    def equations(self):
+        yield lp.lossless(self.law(self), self.a, self.b, self.c)
+
+
+@pytest.mark.parametrize(
+    ("law", "factors"),
+    [
+        (lambda g: lp.der(g.a.phi) == g.ratio * lp.der(g.b.phi), (3.0, 0.0)),
+        (lambda g: lp.der(g.a.phi) == -lp.der(g.b.phi / 2) - lp.der(g.c.phi) * 4.0, (-0.5, -4.0)),
+        (
+            lambda g: lp.der(g.a.phi) == (lp.der(g.b.phi) + lp.der(g.c.phi)) / g.ratio + 0.0,
+            (1 / 3, 1 / 3),
+        ),
+        (lambda g: lp.der(g.a.phi) == lp.ops.cos(g.b.phi) * lp.der(g.b.phi), None),
+    ],
+)
+def test_rates_of_a_lossless_part_give_its_torques(law, factors):
+    """Lagrange: ``(J_b + i**2 J_a) der(w_b) + i i' w_b**2 J_a == 0`` with one output of factor i.
+
+    With two outputs at constant factors, ``J_k w_k + i_k J_a w_a`` stays what it was.
+    """
+    J = {"A": 2.0, "B": 5.0, "C": 7.0}
+    model = lp.compose(
+        **{name: Inertia(J=value) for name, value in J.items()},
+        push=Torque(tau=11.0),
+        gear=RateGear(law=law),
+        connections=lambda m: [
+            *(lp.connect(getattr(m, n).flange_a, getattr(m.gear, n.lower())) for n in J),
+            lp.connect(m.push.flange, m.A.flange_b),
+        ],
+    )
+    start = {"B.w": 2.0, "B.phi": 0.3}
+    run = lp.simulate(lp.assemble(model, keep=["B.phi"]), until=1.5, start=start, rtol=1e-10)
+    w = {name: run[f"{name}.w"] for name in J}
+    if factors is None:
+        i = np.cos(run["B.phi"])
+        energy = sum(0.5 * J[n] * w[n] ** 2 for n in "AB")
+        work = 11.0 * (np.sin(run["B.phi"]) - np.sin(0.3))
+        assert w["A"] == pytest.approx(i * w["B"], rel=1e-8)
+        assert energy - energy[0] == pytest.approx(work, rel=1e-7, abs=1e-7)
+        return
+    assert w["A"] == pytest.approx(factors[0] * w["B"] + factors[1] * w["C"], abs=1e-8)
+    # the impulse of the torque, less that of A, passes on by the factors
+    passed = 11.0 * run.t - J["A"] * (w["A"] - w["A"][0])
+    for name, factor in zip("BC", factors, strict=True):
+        assert J[name] * (w[name] - w[name][0]) == pytest.approx(factor * passed, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        lambda g: lp.der(g.a.phi) == lp.der(g.b.phi) ** 2,
+        lambda g: lp.der(g.a.phi) == lp.der(g.b.phi) * lp.der(g.c.phi),
+        lambda g: lp.der(g.a.phi) == lp.der(g.a.phi) + lp.der(g.b.phi),
+        lambda g: 2 * lp.der(g.a.phi) == lp.der(g.b.phi),
+    ],
+)
+def test_rates_that_give_no_torques_are_refused(law):
+    with pytest.raises(EquationError, match="lossless"):
+        list(RateGear(law=law).equations())

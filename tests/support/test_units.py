@@ -160,6 +160,44 @@ def test_equations_of_mixed_kinds_are_all_listed():
     assert "der(flange.phi)" not in text
 
 
+class Law(lp.Component):
+    """A damper whose law a test gives."""
+
+    flange = lp.Flange()
+    d: lp.Param = lp.param("N.m.s/rad", "damping", 1.0)
+    m: lp.Param = lp.param("kg", "mass", 1.0)
+    w: lp.Var = lp.var("rad/s", "speed")
+    law: object = None
+
+    def equations(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.law(self)
+
+
+@pytest.mark.parametrize(
+    ("law", "fits"),
+    [
+        (lambda c: c.d * (c.w + 1.0), True),
+        (lambda c: c.d * lp.ops.maximum(c.w, 1.0), True),
+        (lambda c: c.d * lp.ops.where(c.w > 1.0, c.w, 2.0), True),
+        (lambda c: c.d * c.w * lp.ops.where(c.w > 1.0, 1.0, 2.0), True),
+        (lambda c: c.d * c.w * lp.ops.atan2(c.w, 1.0), True),
+        (lambda c: 5.0, True),
+        (lambda c: c.w * lp.ops.where(c.w > 1.0, 1.0, 2.0), False),
+        (lambda c: 2.0 * c.w, False),
+        (lambda c: c.d * c.w * lp.ops.sin(c.w), False),
+        (lambda c: c.d * lp.ops.maximum(c.w, c.m + 1.0), False),
+        (lambda c: c.d * lp.ops.where(c.m > c.w, c.w, 2.0), False),
+    ],
+)
+def test_numbers_beside_quantities_are_in_their_units(law, fits):
+    if fits:
+        assert lp.check_units(Law(law=law)) == 2
+        return
+    with pytest.raises(UnitError, match=r"flange\.tau == .* against "):
+        lp.check_units(Law(law=law))
+
+
 def test_signals_of_different_kinds_are_found():
     model = in_rows(
         "drive speed",

@@ -73,9 +73,9 @@ def result_misspelt():
 
 
 @names(UnknownNameError, "motor.J", "parameter")
-def result_is_a_parameter():
-    """A parameter is asked for as a result."""
-    lp.simulate(lp.assemble(Hoist()), until=0.01, grid=1)["motor.J"]
+def parameter_is_an_output_in_assemble():
+    """A parameter is an output in assemble."""
+    lp.assemble(Hoist(), of=["motor.J"])
 
 
 @names(UnknownNameError, "line.first.torque", "line.first.twist.tau")

@@ -219,7 +219,7 @@ def order_response(
         Quantities to observe.
     orders : iterable of float, optional
         Periods for each turn of the shaft; default is those of `excitations`, or up to 12 with
-        `shaft`.
+        `shaft`, of which some may excite nothing.
     shaft : name, optional
         The angle of that shaft, rad. Torques that depend on it excite.
     turns : int
@@ -248,8 +248,8 @@ def order_response(
     Raises
     ------
     OptionError
-        If speeds are not ascending and positive, an order is not positive or excites nothing, or
-        options contradict each other.
+        If speeds are not ascending and positive, an order is not positive, one of `orders` excites
+        nothing, or options contradict each other.
     UnknownNameError
         If a name does not exist.
     SolverError
@@ -283,7 +283,10 @@ def order_response(
     refuse_rates(system, inputs)
     found = find_rotation("order_response", system, shaft, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
-    return _respond(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
+    response = _respond(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
+    if orders is not None:
+        _refuse_still(response)
+    return response
 
 
 def _respond(
@@ -322,6 +325,16 @@ def _respond(
         unsettled,
         solved.x,
     )
+
+
+def _refuse_still(response: OrderResponse) -> None:
+    """Refuse orders that move nothing at any speed."""
+    moves = response._states.any(axis=(0, 2)) | response.values.any(axis=(0, 2))
+    for order in response.orders[~moves].tolist():
+        raise OptionError(
+            f"{response.system.name}: order {order:g} excites nothing; leave it out, or give its "
+            "excitation."
+        )
 
 
 def _excitations(

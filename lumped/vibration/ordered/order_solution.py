@@ -132,8 +132,6 @@ class OrderEquations:
 
         Raises
         ------
-        OptionError
-            If an order excites nothing at all speeds.
         SolverError
             If a vibration is unbounded, or grows by itself.
         """
@@ -147,12 +145,6 @@ class OrderEquations:
         A, B, C, D, M = matrices
         add_products(rates, small.patterns[1], B, u)
         add_products(outputs, small.patterns[3], D, u)
-        still = ~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))
-        for o in np.flatnonzero(still) if at is None else ():
-            raise OptionError(
-                f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
-                "excitation."
-            )
         rates = small.masses.divide(M, rates)
         (rows, columns), A = small.masses.divide_matrix(M, small.patterns[0], A)
         if self._damping_ratio:

@@ -12,6 +12,7 @@ from lumped.plots.style import COLOURS, GREY, LETTER, SMALL, WIDTH, Look
 from lumped.support.display_units import Shown
 
 _LINE = 1.3  # height of a line over the size of its letters
+_ABOVE = 1.15  # end of the axis over what it shows
 _RAYS = ("orange", "purple", "sky", "green")  # blue and vermilion are frequencies and points
 
 
@@ -52,7 +53,7 @@ def campbell_picture(
         (label, order, frequency.value(order * speeds / (2 * np.pi))) for label, order in orders
     ]
     curves = frequency.value(hertz)
-    top = 1.15 * float(np.nanmax(curves, initial=0.0) or max(y[-1] for *_, y in rays))
+    top = _find_top(curves, np.max([y for *_, y in rays], axis=0))
     items: list[Item] = []
     for (begin, end), colour, label in [
         *([(between, "green", "range of operation")] if between else []),
@@ -82,6 +83,16 @@ def campbell_picture(
     across = Axis(label_axis("speed", speed.unit), low=float(x[0]), high=float(x[-1]))
     up = Axis(label_axis("frequency", frequency.unit), low=0.0, high=top)
     return Picture(title, (Panel(tuple(items), across, up, height=height),), below=True)
+
+
+def _find_top(curves: np.ndarray, highest: np.ndarray) -> float:
+    """Where the axis of frequencies ends: above the modes that the highest ray nearly reaches.
+
+    Above the lowest mode if it reaches none, and above the ray if there is no mode.
+    """
+    reached = (curves <= _ABOVE * highest[:, None]).any(axis=0)
+    shown = curves[:, reached] if reached.any() else curves[:, :1]
+    return _ABOVE * float(np.nanmax(shown, initial=0.0) or highest[-1])
 
 
 def _tags(ends: Mapping[str, tuple[float, float]], height: float) -> list[Tag]:

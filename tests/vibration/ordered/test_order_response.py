@@ -209,6 +209,30 @@ def test_an_order_that_excites_nothing_and_a_resonance_are_named(z, excited, ord
         lp.vibration.order_response(damper(0.5, z), speeds=[0.25, 0.5], of=["main.phi"], **given)
 
 
+class Lobes(lp.Component):
+    """A torque with three periods for each turn."""
+
+    flange = lp.Flange()
+
+    def equations(self):
+        yield self.flange.tau == -7.0 * lp.ops.cos(3.0 * self.flange.phi)
+
+
+def test_orders_that_nobody_named_may_excite_nothing():
+    """Three lobes excite order 3 alone: ``tau = J2 T / (J1 + J2 - J1 J2 w**2 / c)``."""
+    system = assemble_row(lobes=Lobes(), a=Inertia(J=2.0), k=Spring(c=3e4), b=Inertia(J=5.0))
+    options = {"speeds": [20.0, 30.0], "of": ["k.tau"], "shaft": "a.phi"}
+    response = lp.vibration.order_response(system, **options)
+    assert response.orders.tolist() == list(range(1, 13))
+    w = 3 * response.speeds
+    size = np.abs(5.0 * 7.0 / (2.0 + 5.0 - 2.0 * 5.0 * w**2 / 3e4))
+    assert response.magnitude("k.tau", 3) == pytest.approx(size, rel=1e-12)
+    assert not np.delete(response["k.tau"], 2, axis=1).any()
+    assert response.synthesis("k.tau").maximum == pytest.approx(size, rel=1e-12)
+    with pytest.raises(OptionError, match="order 2 excites nothing"):
+        lp.vibration.order_response(system, orders=[2, 3], **options)
+
+
 def test_a_shaft_whose_angle_acts_on_nothing_is_named():
     system = assemble_row(
         motor=Inertia(J=2.0), shaft=SpringDamper(c=3e4, d=15.0), load=Inertia(J=5.0)

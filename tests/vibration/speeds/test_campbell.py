@@ -100,6 +100,23 @@ def test_the_picture_shows_frequencies_rays_and_points(two_mass):
     assert len(axis.lines) == 1 + 2 + 1
 
 
+def test_a_mode_beyond_the_rays_does_not_set_the_axis():
+    """Crossings at 10 and 40 Hz below a mode of 3 kHz; without a crossing the lowest mode shows."""
+    speeds = np.array([0.0, 2 * np.pi * 15])
+    for hertz, top in (([10.0, 40.0, 3e3], 46.0), ([100.0, 3e3], 115.0), ([], 1.15 * 45)):
+        picture = campbell_picture.campbell_picture(
+            "drive",
+            speeds,
+            np.tile(np.array(hertz), (2, 1)),
+            [("", 1.0), ("", 3.0)],
+            [],
+            None,
+            [],
+            (speed_unit(), frequency_unit()),
+        )
+        assert draw(picture).axes[0].get_ylim() == pytest.approx((0.0, top))
+
+
 def text_boxes(figure):
     """Boxes of the labels of rays, of the axes, and of the whole picture, in pixels."""
     canvas = FigureCanvasAgg(figure)
