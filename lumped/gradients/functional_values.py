@@ -110,7 +110,9 @@ def _through(branch: Branch, rates: np.ndarray) -> np.ndarray:
 
 
 def differ(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Where derivatives to both sides are different."""
+    """Where derivatives to both sides are different; never where they are not finite."""
+    finite = np.isfinite(one) & np.isfinite(other)
+    one, other = np.where(finite, one, 0.0), np.where(finite, other, 0.0)
     size = np.maximum(np.abs(one), np.abs(other))
     least = 1e-9 * size.max(initial=0.0)
     found: np.ndarray = np.abs(one - other) > _AGREE * size + least

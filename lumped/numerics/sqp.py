@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import scipy
 
-from lumped.errors import OptimisationError, OptionError
+from lumped.errors import LumpedError, OptimisationError, OptionError
 from lumped.numerics.nlp import Solution
+from lumped.numerics.optimality import Objective, Rows, judge
 
-Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
-"""Value and gradient for scaled unknowns."""
-
-Rows = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, list[str]]]
-"""Numbers that must not be negative, scaled; their gradients; names with values."""
-
-_SMALLER = 0.1
-_STILL = 1e-9
-_ACTIVE = 1e-6
+_FAR = 1e8
+"""Distance from the start, in the scale of an unknown, beyond which nothing bounds a search."""
+_AWAY = 100.0
+"""The same, beyond which a failing analysis is no surprise."""
+_RESTARTS = 20
+_ASIDE = (0.0618, 0.31, 0.73)
+"""Shares of the way to a bound at which an unknown without slope at the start is tried too."""
+_ESCAPE = 1e-2
+"""How far a search goes along a direction in which the objective curves downward."""
+_STRIDE = 0.1
+"""Longest first step of a search begun again."""
+_GAIN = 1e-3
+"""Share of the decrease foreseen below which a search begun again makes no progress."""
+_VIOLATED = 1e-6
+_FINE = 1e-8
+"""Share of the decrease foreseen at which a search begun again ends."""
 
 
 def sqp(
@@ -34,9 +41,9 @@ def sqp(
 ) -> tuple[Solution, tuple[str, ...]]:
     """Least objective by SLSQP (Kraft, DFVLR-FB 88-28, 1988).
 
-    The objective is measured by its size at the start. Where it has become ten times
-    smaller, the search goes on from there with the new size, until nothing moves. Parameters of
-    which all derivatives are zero at the start begin a twentieth of their range beside it.
+    It is begun again from its end, in the scale of slope and curvature there, until the end itself
+    meets the conditions of optimality (see `judge`) or nothing better is found; then the status
+    tells what is left.
 
     Parameters
     ----------
@@ -49,7 +56,7 @@ def sqp(
     evaluations : callable
         Gives how often the model was analysed so far.
     tolerance : float
-        Relative change of the objective at which the search ends.
+        Relative accuracy of the objective.
 
     Returns
     -------
@@ -60,59 +67,62 @@ def sqp(
     Raises
     ------
     OptionError
-        If a parameter has no effect, or the objective does not depend on any.
+        If a parameter has no effect, or the objective does not depend on any, at the start and at
+        designs beside it.
     OptimisationError
-        If no optimum is found.
+        If no optimum is found, or nothing bounds the search.
     """
-    tic, n = clock.perf_counter(), len(names)
-    first = _leave_flat_start(names, box, objective, rows)
-    value, slope = objective(first)
-    size = begun = max(abs(value), float(np.abs(slope).max())) or 1.0
-    while True:
-        found = _search(first, box, objective, rows, size, tolerance)
-        w = np.clip(found.x, box[:, 1], box[:, 2])
-        value, slope = objective(w)
-        smaller = max(abs(value), float(np.abs(slope).max()))
-        if found.status != 0 or not 0 < smaller < _SMALLER * size:
-            break
-        if np.abs(w - first).max() <= _STILL:
-            break
-        first, size = w, smaller
-    values, slopes, labels = rows(w)
-    violation = max(0.0, -float(values.min(initial=0.0)))
-    if found.status != 0 or violation > 1e-6:
-        worst = f"Worst violated: {labels[int(values.argmin())]}." if violation > 1e-6 else ""
+    tic = clock.perf_counter()
+
+    def bounded(w: np.ndarray) -> tuple[float, np.ndarray]:
+        _refuse_unbounded(model, names, box, w, _FAR)
+        try:
+            return objective(w)
+        except LumpedError as fault:
+            _refuse_unbounded(model, names, box, w, _AWAY, fault)
+            raise
+
+    w = _find_begin(names, box, bounded, rows)
+    value, slope = bounded(w)
+    size = max(abs(value), float(np.abs(slope).max())) or 1.0
+    found = _search(w, np.eye(len(w)), size, box, bounded, rows, tolerance)
+    w, iterations = np.clip(found.x, box[:, 1], box[:, 2]), int(found.nit)
+    values, _, labels = rows(w)
+    if values.min(initial=0.0) < -_VIOLATED:
         raise OptimisationError(
-            f"{model}: no optimum found ({found.message} after {found.nit} "
-            f"iterations). {worst} Widen bounds, or begin elsewhere.",
+            f"{model}: no optimum found ({found.message} after {found.nit} iterations). Worst "
+            f"violated: {labels[int(values.argmin())]}. Widen bounds, or begin elsewhere.",
             found.message,
         )
-    size = begun
-    low, high = (np.abs(w - box[:, i]) <= _ACTIVE for i in (1, 2))
-    near = np.flatnonzero(values <= _ACTIVE)
-    unit = np.eye(len(w))
-    active = np.vstack([slopes[near], unit[low], -unit[high]])
-    residual, condition = float(np.abs(slope).max()) / size, 1.0
-    if len(active):
-        # least-squares multipliers, none negative
-        held = scipy.optimize.lsq_linear(active.T, slope / size, (0.0, np.inf))
-        residual = float(np.abs(active.T @ held.x - slope / size).max())
-        condition = float(np.linalg.cond(active))
-    pressing = [labels[i].partition(" = ")[0] for i in near]
-    for sides, text in ((low, "lower"), (high, "upper")):
-        pressing += [f"{names[i]} at its {text} bound" for i in np.flatnonzero(sides[:n])]
+    state = judge(w, box, bounded, rows, tolerance)
+    for _ in range(_RESTARTS):
+        if state.is_settled:
+            break
+        begin, basis, size = state.begin_again(_ESCAPE, _STRIDE)
+        found = _search(begin, basis, size, box, bounded, rows, _FINE)
+        iterations += int(found.nit)
+        after = np.clip(found.x, box[:, 1], box[:, 2])
+        kept = rows(after)[0].min(initial=0.0) >= -_VIOLATED
+        if not (kept and state.value - bounded(after)[0] > _GAIN * size):
+            break
+        state = judge(after, box, bounded, rows, tolerance)
+    w = state.w
+    values, _, labels = rows(w)
+    pressing = [labels[i].partition(" = ")[0] for i in state.near]
+    for sides, text in ((state.low, "lower"), (state.high, "upper")):
+        pressing += [f"{names[i]} at its {text} bound" for i in np.flatnonzero(sides[: len(names)])]
     solution = Solution(
         w,
         values,
         np.zeros(len(values)),
         np.zeros(len(w)),
-        value,
-        "SLSQP: " + found.message,
-        int(found.nit),
+        state.value,
+        "SLSQP: Optimization terminated successfully" if state.met else state.tell_rest(names),
+        iterations,
         evaluations(),
-        residual,
-        violation,
-        condition,
+        state.residual,
+        max(0.0, -float(values.min(initial=0.0))),
+        state.condition,
         clock.perf_counter() - tic,
     )
     return solution, tuple(dict.fromkeys(pressing))
@@ -120,56 +130,105 @@ def sqp(
 
 def _search(
     first: np.ndarray,
+    basis: np.ndarray,
+    size: float,
     box: np.ndarray,
     objective: Objective,
     rows: Rows,
-    size: float,
     tolerance: float,
-) -> Any:
-    """What SLSQP finds with the objective over a size."""
-    return scipy.optimize.minimize(
-        lambda w: tuple(v / size for v in objective(w)),
-        first,
+) -> scipy.optimize.OptimizeResult:
+    """The end of one search, whose unknowns are those of a basis from its start on."""
+    low, high = (np.isfinite(box[:, i]) for i in (1, 2))
+    sides = np.vstack([basis[low], -basis[high]])
+
+    def at(z: np.ndarray) -> np.ndarray:
+        w: np.ndarray = np.clip(first + basis @ z, box[:, 1], box[:, 2])
+        return w
+
+    def goal(z: np.ndarray) -> tuple[float, np.ndarray]:
+        value, slope = objective(at(z))
+        return value / size, slope @ basis / size
+
+    def room(z: np.ndarray) -> np.ndarray:
+        w = first + basis @ z
+        return np.concatenate([rows(at(z))[0], (w - box[:, 1])[low], (box[:, 2] - w)[high]])
+
+    found = scipy.optimize.minimize(
+        goal,
+        np.zeros(len(first)),
         jac=True,
         method="SLSQP",
-        bounds=box[:, 1:],
         constraints={
             "type": "ineq",
-            "fun": lambda w: rows(w)[0],
-            "jac": lambda w: rows(w)[1],
+            "fun": room,
+            "jac": lambda z: np.vstack([rows(at(z))[1] @ basis, sides]),
         },
         options={"ftol": tolerance, "maxiter": 200},
     )
+    found.x = at(found.x)
+    return found
 
 
-def _leave_flat_start(
-    names: list[str], box: np.ndarray, objective: Objective, rows: Rows
-) -> np.ndarray:
-    """A start at which each parameter has a derivative that is not zero."""
-    n, first = len(names), box[:, 0].copy()
-    for moves in (True, False):
-        slope = objective(first)[1]
-        flat = np.abs(np.vstack([slope, rows(first)[1]]))[:, :n].max(axis=0) == 0
-        if slope.any() and not flat.any():
-            return first
-        lost = ", ".join(name for name, i in zip(names, flat, strict=True) if i)
-        if not moves and not slope.any():
-            raise OptionError(
-                f"optimise: the objective does not depend on {', '.join(names)}: all its "
-                "derivatives are exactly zero at the start and beside it. Vary something else, "
-                "or minimise something else."
-            )
-        if not moves:
-            raise OptionError(
-                f"optimise: {lost} has no effect on objective and constraints, at the start and "
-                "beside it. Leave it out of `vary`, or begin elsewhere."
-            )
-        flat = flat if flat.any() else np.ones(n, dtype=bool)
-        low, high = box[:n, 1], box[:n, 2]
-        step = 0.05 * np.where(np.isfinite(high - low), high - low, 1.0)
-        step = np.where(first[:n] + step <= high, step, -step)
-        first[:n] += np.where(flat, step, 0.0)
-    return first
+def _refuse_unbounded(
+    model: str,
+    names: list[str],
+    box: np.ndarray,
+    w: np.ndarray,
+    size: float,
+    fault: LumpedError | None = None,
+) -> None:
+    """Refuse a search that runs away where there is no bound."""
+    far = ~(np.abs(w - box[:, 0]) < size * np.maximum(1.0, np.abs(box[:, 0])))
+    far &= np.where(w < box[:, 0], ~np.isfinite(box[:, 1]), ~np.isfinite(box[:, 2]))
+    lost = [name for name, i in zip(names, far.tolist(), strict=False) if i]
+    if lost:
+        why = f", where the model fails ({fault})" if fault else ""
+        raise OptimisationError(
+            f"{model}: no optimum found: the objective still fell with {', '.join(lost)} more than "
+            f"{size:g} times its size away from the start{why}. Without a bound it may have no "
+            "least value; give bounds in `vary`.",
+            "no bound",
+        ) from fault
+
+
+def _find_begin(names: list[str], box: np.ndarray, objective: Objective, rows: Rows) -> np.ndarray:
+    """Where a search begins: at the start, or beside it in what has no slope there.
+
+    Raises
+    ------
+    OptionError
+        If there is no slope beside it, either.
+    """
+    n, first = len(names), box[:, 0]
+
+    def slopes(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        slope = objective(w)[1]
+        return slope, np.abs(np.vstack([slope, rows(w)[1]]))[:, :n].max(axis=0) == 0
+
+    slope, idle = slopes(first)
+    if slope.any() and not idle.any():
+        return first
+    moves = idle if idle.any() else np.ones(n, dtype=bool)
+    for share in _ASIDE:
+        w = first.copy()
+        for i in np.flatnonzero(moves):
+            ways = np.clip(box[i, 1:] - first[i], -1.0, 1.0)
+            w[i] += share * ways[int(np.argmax(np.abs(ways)))]
+        slope, still = slopes(w)
+        if slope.any() and not still.any():
+            return w
+    if not slope.any():
+        raise OptionError(
+            f"optimise: the objective does not depend on {', '.join(names)}: all its derivatives "
+            "are exactly zero at the start and beside it, at "
+            f"{len(_ASIDE)} designs. Vary something else, minimise something else, or begin "
+            "elsewhere."
+        )
+    lost = [name for name, i in zip(names, still.tolist(), strict=True) if i]
+    raise OptionError(
+        f"optimise: {', '.join(lost)} has no effect on objective and constraints, at the start and "
+        f"beside it, at {len(_ASIDE)} designs. Leave it out of `vary`, or begin elsewhere."
+    )
 
 
 def list_bound_rows(
