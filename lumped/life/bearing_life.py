@@ -130,7 +130,7 @@ class Bearing:
         OptionError
             If the load is a number that is not positive.
         """
-        _refuse_nothing("load", load, "N")
+        _check_positive("load", load, "N")
         found: Sum = 1e6 * (float(self.dynamic) / load) ** self.exponent
         return found
 
@@ -153,13 +153,13 @@ class Bearing:
         OptionError
             If one of them is a number that is not positive.
         """
-        _refuse_nothing("speed", speed, "rad/s")
+        _check_positive("speed", speed, "rad/s")
         return self.revolutions(load) * (2 * math.pi / 3600) / speed
 
 
-def _refuse_nothing(name: str, value: object, unit: str) -> None:
+def _check_positive(name: str, value: object, unit: str) -> None:
     if not isinstance(value, Functional) and not float(value) > 0:  # type: ignore[arg-type]
-        raise OptionError(f"Bearing: {name} = {value} {unit} must be positive; life has no sign.")
+        raise OptionError(f"Bearing: {name} = {value} {unit} must be positive.")
 
 
 @checked

@@ -11,7 +11,7 @@ from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.flattening.tree import key_of
 from lumped.functionals.functional import Functional
-from lumped.functionals.of_runs import integral, span
+from lumped.functionals.of_runs import integral, mean
 from lumped.functionals.readings import Between
 from lumped.language.formula import Formula
 from lumped.support.arguments import checked
@@ -51,8 +51,8 @@ def equivalent_load(
     load, speed = map(key_of, of)
     weighted = Formula.made(lambda y, w: abs(y) ** exponent * abs(w), load, speed)
     turned = Formula.made(abs, speed)
-    mean = integral(weighted, between=between) / integral(turned, between=between)
-    return (mean ** (1 / exponent)).called(f"equivalent_load({load}, {speed})")
+    level = integral(weighted, between=between) / integral(turned, between=between)
+    return (level ** (1 / exponent)).called(f"equivalent_load({load}, {speed})")
 
 
 @checked
@@ -71,8 +71,7 @@ def mean_speed(of: Name, *, between: Between | None = None) -> Functional:
     Functional
     """
     speed = key_of(of)
-    turned = integral(Formula.made(abs, speed), between=between)
-    return (turned / span(between=between)).called(f"mean_speed({speed})")
+    return mean(Formula.made(abs, speed), between=between).called(f"mean_speed({speed})")
 
 
 def check_exponent(exponent: float, what: str) -> None:

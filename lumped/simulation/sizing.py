@@ -8,18 +8,18 @@ from typing import Any, Unpack
 
 import numpy as np
 
+from lumped import ops
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.functionals import (
     Functional,
     highest,
-    integral,
     lowest,
     mean,
     peak,
     rms,
-    span,
 )
+from lumped.language.expression import Expr
 from lumped.language.formula import Formula
 from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import torque_speed
@@ -43,7 +43,7 @@ class Load:
     ratio : float
         Torque over the limit at its speed; infinite beyond the greatest speed of the limit.
     speed, torque, limit : float
-        Where that is greatest.
+        At the output point where that is greatest.
     """
 
     ratio: float
@@ -172,7 +172,7 @@ def sizing(
 
     The run is taken as one cycle that repeats. A run from `simulate` is made again and read on the
     way, whatever its output times are; of others torque and speed are straight lines between the
-    output points. A greatest torque in rows over the speed is compared at the output points alone.
+    output points. A greatest torque that is zero at some speed is compared at these points alone.
 
     Parameters
     ----------
@@ -212,14 +212,16 @@ def sizing(
     if not dt.sum() > 0:
         raise OptionError("sizing: the run has no duration; give `grid` at least two instants.")
     tau, w = run[torque], run[rate]
-    found = _of_points(dt, tau, w)
-    if run.read is not None:
-        found = run.read(_wanted(run.system.key(torque), run.system.key(rate))).tolist()
+    load = None if maximum is None else _load(maximum, "maximum", np.abs(w), np.abs(tau))
+    if run.read is None:
+        found = _of_points(dt, tau, w)
+    else:
+        keys = run.system.key(torque), run.system.key(rate)
+        found = run.read(_wanted(*keys)).tolist()
+        if load is not None and maximum is not None and np.min(_rows(maximum, "maximum")[1]) > 0:
+            load = replace(load, ratio=_ratio(run, keys, maximum, found[1]))
     peak_torque, peak_speed, level, mean_speed, power, regeneration, mean_power = found
     thermal = None if rated is None else _load(rated, "rated", np.array([mean_speed]), [level])
-    load = None if maximum is None else _load(maximum, "maximum", np.abs(w), np.abs(tau))
-    if load is not None and np.isscalar(maximum) and load.torque > 0:
-        load = replace(load, torque=peak_torque, ratio=load.ratio * peak_torque / load.torque)
     return Sizing(
         peak_torque,
         peak_speed,
@@ -240,8 +242,20 @@ def sizing(
 def _wanted(tau: str, w: str) -> list[Functional]:
     """What is read of a run, as `_of_points`."""
     power = Formula.made(lambda y, z: y * z, tau, w)
-    sizes = peak(tau), peak(w), rms(tau), integral(Formula.made(abs, w)) / span()
+    sizes = peak(tau), peak(w), rms(tau), mean(Formula.made(abs, w))
     return [*sizes, highest(power), lowest(power), mean(tau, w)]
+
+
+def _ratio(run: Trajectory, keys: tuple[str, str], limit: Limit, fastest: float) -> float:
+    """Greatest torque over a limit that is nowhere zero."""
+    speeds, torques = _rows(limit, "maximum")
+    if not np.isscalar(limit) and fastest > speeds[-1]:
+        return np.inf
+
+    def share(tau: Expr, w: Expr) -> Expr:
+        return abs(tau) / ops.interpolate(ops.maximum(abs(w), speeds[0]), speeds, torques)
+
+    return run.value(highest(Formula.made(share, *keys)))
 
 
 def _of_points(dt: np.ndarray, tau: np.ndarray, w: np.ndarray) -> list[float]:
@@ -278,8 +292,15 @@ def _load(limit: Limit, what: str, speed: np.ndarray, torque: Sequence[float] | 
 
 def _bound(limit: Limit, what: str, speed: np.ndarray) -> np.ndarray:
     """Torque of a limit at magnitudes of the speed; nan beyond its last."""
-    single = np.isscalar(limit)
-    rows = np.array([(0.0, limit)] if single else limit, dtype=float)
+    speeds, torques = _rows(limit, what)
+    beyond = torques[0] if np.isscalar(limit) else np.nan
+    bound: np.ndarray = np.interp(speed, speeds, torques, right=beyond)
+    return bound
+
+
+def _rows(limit: Limit, what: str) -> np.ndarray:
+    """Speeds and torques of a limit, shape (2, n)."""
+    rows = np.array([(0.0, limit)] if np.isscalar(limit) else limit, dtype=float)
     if rows.ndim != 2 or rows.shape[1] != 2 or not len(rows):
         raise OptionError(f"sizing: {what} = {limit!r}: a torque or rows of (speed, torque).")
     speeds, torques = rows.T
@@ -288,6 +309,4 @@ def _bound(limit: Limit, what: str, speed: np.ndarray) -> np.ndarray:
             f"sizing: {what} = {limit!r}: speeds must increase from zero or above, and no torque "
             "may be negative."
         )
-    beyond = torques[0] if single else np.nan
-    bound: np.ndarray = np.interp(speed, speeds, torques, right=beyond)
-    return bound
+    return rows.T

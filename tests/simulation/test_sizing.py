@@ -127,3 +127,16 @@ def test_output_times_change_nothing_of_a_run_that_was_simulated(grid):
     assert received == pytest.approx((6.0, 6 / np.sqrt(2), 0.6, 1.2 / np.pi), rel=1e-7)
     assert (found.peak_power, found.peak_regeneration) == pytest.approx((1.8, 1.8), rel=1e-7)
     assert found.peak.ratio == pytest.approx(2.0, rel=1e-7)
+
+
+@pytest.mark.parametrize("grid", [1, 7])
+def test_a_limit_over_the_speed_is_compared_between_output_times(grid):
+    # 6 |sin| over 8 - 6 |cos| is greatest where |cos| = 3/4
+    model = in_a_row(motor=Torque(tau=6.0 * sin(5.0 * lp.time)), body=Inertia(J=2.0, w=-0.6))
+    run = lp.simulate(lp.assemble(model), until=4 * np.pi / 5, grid=grid, rtol=1e-9)
+    limits = ((0.0, 8.0), (0.6 * (1 + 1e-9), 2.0)), ((0.0, 8.0), (0.5, 3.0))
+    found = [
+        lp.simulation.sizing(run, of=("body.flange_a.tau", "body.w"), maximum=limit).peak.ratio
+        for limit in limits
+    ]
+    assert found == pytest.approx([6 / np.sqrt(28), np.inf], rel=1e-6)

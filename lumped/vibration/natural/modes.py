@@ -302,9 +302,6 @@ class Modes(Eigenpairs):
             f"{self.system.name}: {len(self.hertz)} oscillating and {self.rigid} rigid-body modes"
             f", {(self.decays < 0).sum()} decays{situation(self.point)}"
         )
-        growing = self.decays[self.decays > 0]
-        if len(growing):
-            head += f"\nunstable: {len(growing)} motions grow without oscillating"
         if side := one_sided(self.point):
             head += f"\n{side}"
         if self.near is not None:
@@ -324,7 +321,10 @@ class Modes(Eigenpairs):
         lines = [head]
         if rows:
             lines.append(self.list_modes(("damping ratio", "shape"), rows))
-        for what, values in (("decays", self.decays[self.decays < 0]), ("grows", growing)):
+        for what, values in (
+            ("decays", self.decays[self.decays < 0]),
+            ("unstable: grows", self.decays[self.decays > 0]),
+        ):
             if len(values):
                 listed = ", ".join(number(value, 4) for value in values[:10])
                 lines.append(f"{what}, 1/s: {listed}{', ...' if len(values) > 10 else ''}")

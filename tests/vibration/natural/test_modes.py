@@ -46,6 +46,23 @@ def test_an_overdamped_shaft_gives_two_decays():
     assert lines[1] == "decays, 1/s: " + ", ".join(f"{value:.4g}" for value in np.sort(expected))
 
 
+class Inverted(lp.Component):
+    """What falls away from its upper position, with e^2t and e^-2t."""
+
+    phi = lp.var("rad", "angle", state="prefer")
+    w = lp.var("rad/s", "speed", state="prefer")
+
+    def equations(self):
+        yield lp.der(self.phi) == self.w
+        yield lp.der(self.w) == 4 * self.phi
+
+
+def test_what_grows_is_no_decay():
+    lines = repr(lp.modes(lp.assemble(Inverted()))).splitlines()
+    assert "1 decays" in lines[0]
+    assert lines[1:] == ["decays, 1/s: -2", "unstable: grows, 1/s: 2"]
+
+
 def test_shapes_follow_a_gear():
     model = in_a_row(
         motor=Inertia(J=1.0), shaft=Spring(c=900.0), gear=IdealGear(ratio=3.0), load=Inertia(J=9.0)
