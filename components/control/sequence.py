@@ -171,6 +171,11 @@ class StepSequencer(Component):
 
     def equations(self) -> Iterator[Item]:
         rows = _sections(self.sections)
+        if unknown := set(self.waits) - set(range(len(rows))):
+            raise EquationError(
+                f"waits = {self.waits!r}: there is no step {min(unknown):g}; the steps are 0 to "
+                f"{len(rows) - 1}."
+            )
         begins = [begin for begin, _ in rows[1:]] + [_NEVER]
         barred = where(self.clear > 0.5, 0.0, 1.0)
         speed: Number = 0.0

@@ -15,6 +15,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import PController, PointToPoint, SignTorque, Sum
+from lumped.functionals import integral, peak
 from lumped.models.eccentric_shear import scenes, stand
 from lumped.models.eccentric_shear.stand import IDLE, SPEED, Loaded, PrintedShear
 from lumped.models.sources import Given
@@ -93,10 +94,10 @@ def start_stop(eps: float, idle: float = IDLE, **options: Any) -> lp.Trajectory:
 def split_turn(run: lp.Trajectory) -> tuple[Transient, Transient]:
     """Start and stop of a run of `start_stop`."""
     t, w = run.t, run["motor.w"]
-    begins, ends = t <= RAMP, t >= TURN
+    ends = t >= TURN
     up = _reach(t, w - (1 - NEAR) * SPEED)
     down = _reach(t[ends], NEAR * SPEED - w[ends]) - TURN
-    return _measure(run, begins, up), _measure(run, ends & (t <= TURN + RAMP), down)
+    return _measure(run, (0.0, RAMP), up), _measure(run, (TURN, TURN + RAMP), down)
 
 
 def _reach(t: np.ndarray, above: np.ndarray) -> float:
@@ -105,7 +106,11 @@ def _reach(t: np.ndarray, above: np.ndarray) -> float:
     return float(np.interp(0.0, above[i - 1 : i + 1], t[i - 1 : i + 1]))
 
 
-def _measure(run: lp.Trajectory, during: np.ndarray, time: float) -> Transient:
-    t, tau, w, i = (y[during] for y in (run.t, run["motor.tau"], run["motor.w"], run["motor.i"]))
-    work, heat = np.trapezoid(tau * w, t), np.trapezoid(scenes.RESISTANCE * i**2, t)
-    return Transient(time, float(np.abs(tau).max()), float(work), float(heat))
+def _measure(run: lp.Trajectory, between: tuple[float, float], time: float) -> Transient:
+    current = integral("motor.i", "motor.i", between=between)
+    return Transient(
+        time,
+        run.value(peak("motor.tau", between=between)),
+        run.value(integral("motor.tau", "motor.w", between=between)),
+        scenes.RESISTANCE * run.value(current),
+    )

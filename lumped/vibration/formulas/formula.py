@@ -202,8 +202,8 @@ class Formula:
         """
         sympy = load_sympy()
         names = {sympy.Symbol(n): sympy.Symbol(_identifier(n)) for n in self.names}
-        lines = [(str(part), e.subs(names)) for part, e in self.parts]
-        result = self.expression.subs(names)
+        lines = [(str(part), _clip_angles(e.subs(names))) for part, e in self.parts]
+        result = _clip_angles(self.expression.subs(names))
         head, arguments = _identifier(self.name), [str(s) for s in names.values()]
         is_matrix = hasattr(result, "shape")
         if language == "python":
@@ -226,6 +226,16 @@ class Formula:
         text = "\n".join("    " + line for line in body)
         kind = "void" if is_matrix else "double"
         return f"#include <math.h>\n\n{kind} {head}({', '.join(given)})\n{{\n{text}\n}}\n"
+
+
+def _clip_angles(expression: Any) -> Any:
+    """Cosines of angles kept between -1 and 1, which rounding leaves at repeated roots."""
+    sympy = load_sympy()
+
+    def clip(x: Any) -> Any:
+        return sympy.acos(sympy.Max(-1, sympy.Min(1, x, evaluate=False), evaluate=False))
+
+    return expression.replace(sympy.acos, clip)
 
 
 def drop_unused(expression: Any, parts: list[tuple[Any, Any]]) -> tuple[tuple[Any, Any], ...]:

@@ -216,3 +216,9 @@ def test_sections_that_make_no_sense_are_refused(sections, text):
     with pytest.raises(EquationError, match=text) as refused:
         fed(SpeedProfile(sections=sections, a=1.0), 1.0, u=lp.time)
     assert "part (SpeedProfile)" in str(refused.value)
+
+
+def test_a_step_that_does_not_exist_cannot_wait():
+    part = StepSequencer(sections=((0.0, 1.0), (1.0, 2.0)), waits=(2,))
+    with pytest.raises(EquationError, match="no step 2; the steps are 0 to 1"):
+        fed(part, 1.0, u=lp.time, clear=1.0 + 0 * lp.time)
