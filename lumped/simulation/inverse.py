@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Unpack
 
+import casadi as ca
 import numpy as np
 
 from lumped.compiler.structure import Name, Structure
@@ -71,7 +72,8 @@ def inverse(
     ------
     OptionError
         If there are not as many drives as motions, a drive is no input that is given to an
-        instance, or a motion is neither a number nor an expression.
+        instance, a motion is neither a number nor an expression, or a parameter is zero by which
+        the inverted equations divide, such as the damping beside a stiffness.
     UnknownNameError
         If the model does not have a quantity.
     SingularModelError
@@ -105,10 +107,16 @@ def inverse(
             "dry friction behind a spring, it does not. With the motion prescribed in place of "
             f"the drive:\n{error}"
         ) from None
-    run = simulate(inverted, until=until, grid=grid, rtol=rtol, **options)
+    zeros = inverted, inverted.theta(options.get("parameters")), drives
+    try:
+        run = simulate(inverted, until=until, grid=grid, rtol=rtol, **options)
+    except SolverError:
+        _refuse_zero_divisors(*zeros)
+        raise
     for name in drives:
         bad = np.flatnonzero(~np.isfinite(run[name]))
         if len(bad):
+            _refuse_zero_divisors(*zeros)
             end = float(run.t[bad[0]])
             raise SolverError(
                 f"{system.name}: {name} = {run[name][bad[0]]} at t = {end:.9g} s: it has no hold "
@@ -117,6 +125,35 @@ def inverse(
                 _cut(run, end),
             )
     return run
+
+
+def _refuse_zero_divisors(inverted: System, theta: np.ndarray, drives: list[str]) -> None:
+    """Refuse parameters that are zero and alone leave rates or drives without a value."""
+    wanted = ca.vertcat(inverted.rates, inverted.expressions(drives))
+    values = ca.Function("values", inverted.inputs, [wanted])
+    x = np.sqrt(np.arange(2.0, 2.0 + inverted.inputs[0].numel()))
+    m = np.zeros(inverted.inputs[3].numel())
+
+    def has_values(theta: np.ndarray) -> bool:
+        return bool(np.isfinite(np.asarray(values(x, theta, 0.7, m))).all())
+
+    zero = theta == 0
+    filled = np.where(zero, 1.0, theta)
+    if not has_values(filled):
+        return
+    own = np.eye(len(theta), dtype=bool) & zero
+    found = [
+        f"{name} = 0"
+        for name, row in zip(inverted.parameters, own, strict=True)
+        if not has_values(np.where(row, 0.0, filled))
+    ]
+    if found:
+        raise OptionError(
+            f"{inverted.name}: {' and '.join(found)}: the inverted equations divide by "
+            f"{'it' if len(found) == 1 else 'them'}, as without a damper the drive needs further "
+            "derivatives of the motion. Take a part without this parameter, such as Spring in "
+            "place of SpringDamper, or a value above zero."
+        ) from None
 
 
 def _cut(run: Trajectory, end: float) -> Trajectory:

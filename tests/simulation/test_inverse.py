@@ -108,6 +108,18 @@ def test_a_damped_twist_follows_the_motion_as_a_state():
     assert worst(run["shaft.phi_rel"], expected) < 1e-8
 
 
+def test_a_damping_of_zero_by_which_is_divided_is_named():
+    """With d the twist is a lag of the motion of time constant d / c; without it there is none."""
+    system = two_masses(shaft=SpringDamper(c=C, d=0.0))
+    motion = {"b.phi": sin(4.0 * lp.time)}
+    wanted = {"motion": motion, "drive": "motor.tau", "until": 1.0}
+    refused(OptionError, lambda: lp.inverse(system, **wanted), "shaft.d = 0:", "Spring")
+    lightly = lp.inverse(system, **wanted, parameters={"shaft.d": 1.0})
+    slow = C / 1.0 * lightly.t > 40.0  # the lag has died out: k (C sin - d w cos)
+    twist = 16.0 * J_B / (C**2 + 16.0) * (C * np.sin(4 * lightly.t) - 4.0 * np.cos(4 * lightly.t))
+    assert worst(lightly["shaft.phi_rel"][slow], twist[slow]) < 1e-6
+
+
 def test_friction_adds_its_torque_against_the_motion():
     system = lp.assemble(drive(a=Inertia(J=2.0), f=BearingFriction(characteristic=FRICTION)))
     run = lp.inverse(system, motion={"a.phi": 3 * sin(3 * lp.time)}, drive="motor.tau", until=2.0)
