@@ -113,7 +113,7 @@ def energy(runs: Mapping[str, Trajectory], units: Units) -> str:
         works += [
             ("sum of these works", audit.supplied),
             ("stored at the end, less that at the begin", audit.change),
-            ("dissipated by those that store", audit.dissipated),
+            ("dissipated", audit.dissipated),
             ("lost by them in impacts", audit.impacts),
         ]
         rows = [(what, number(joule.value(work))) for what, work in works]
@@ -122,8 +122,8 @@ def energy(runs: Mapping[str, Trajectory], units: Units) -> str:
         text = (
             f"Energy of the {len(audit.components)} components that say what they store "
             f"({', '.join(audit.components)}). Work is positive where a component gives energy, "
-            "negative where it takes or dissipates it; what a component stores without saying so "
-            "counts in its work. The gap is the error of the run."
+            "negative where it takes it, apart from what it dissipates; what it stores without "
+            "saying so counts in its work. The gap is the error of the run."
         )
         lead = f"{prose(what)}\n" if what else ""
         found.append(f"{lead}{prose(text)}\n" + table(("energy", joule.unit), rows, (1,)))

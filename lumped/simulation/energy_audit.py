@@ -2,9 +2,10 @@
 
 A component that stores energy says how much by a method `stored`, one that dissipates by a method
 `loss`, both as expressions of its own quantities and their derivatives. What flows into those that
-store, through their mechanical ports, must be found again as stored or dissipated there. The powers
-come from torques and speeds at the ports, the stored energies from the states, so the balance
-closes only as well as the states were integrated.
+store, through their mechanical ports, must be found again as stored or dissipated there. What
+others dissipate, such as friction, counts as supplied and as dissipated. The powers come from
+torques and speeds at the ports, the stored energies from the states, so the balance closes only as
+well as the states were integrated.
 """
 
 from __future__ import annotations
@@ -44,11 +45,11 @@ class EnergyAudit:
         Those that say what they store. All others count as supply, springs and bodies inside
         components without a method `stored` too.
     supplied : float
-        Work that came in through their mechanical ports, impacts apart.
+        Work that came in through their mechanical ports, impacts apart, and what others dissipated.
     change : float
         What is stored at the end less that at the begin.
     dissipated : float
-        What they dissipate themselves, by their method `loss`.
+        What they and all others with mechanical ports dissipate, by their method `loss`.
     impacts : float
         What they lost in jumps of the states.
     turnover : float
@@ -56,8 +57,9 @@ class EnergyAudit:
     error : float
         Largest gap of the balance in the course of the run, over the turnover.
     works : tuple of (str, float)
-        What each of the others that does work gave at its mechanical ports, impacts apart;
-        negative if it took. Parts stand for the composites they are in.
+        What each of the others that does work gave at its mechanical ports, impacts apart, and
+        dissipated: of a motor the power from its supply, of friction nothing; negative if it took.
+        Parts stand for the composites they are in.
     """
 
     components: tuple[str, ...]
@@ -132,9 +134,9 @@ class _Course(NamedTuple):
     stored : ndarray, shape (k,)
         In the components that say so.
     supplied, dissipated : ndarray, shape (k,)
-        Work through their ports, and what they dissipated.
+        Work through their ports and what others dissipated, and what all dissipated.
     taken : ndarray, shape (k, m)
-        Work into each of the others.
+        Work into each of the others, less what it dissipated.
     """
 
     stored: np.ndarray
@@ -211,12 +213,15 @@ def _stored(system: System) -> ca.Function:
 
 @made_once
 def _powers(system: System) -> ca.Function:
-    """Power into the components that store, power that they dissipate, power into each other."""
-    supplied = dissipated = ca.SX(0)
-    for node in _find_storing(system):
-        supplied += _power(system, node)
-        dissipated += dissipated_power(system, node)
-    taken = [_power(system, node) for node in _find_others(system)]
+    """Power supplied, power dissipated, and power into each other less what it dissipates."""
+    storing, others = _find_storing(system), _find_others(system)
+    losses = [dissipated_power(system, node) for node in others]
+    known = _mark_known(system, losses)
+    losses = [loss if fits else ca.SX(0) for loss, fits in zip(losses, known, strict=True)]
+    lost = sum(losses, ca.SX(0))
+    supplied = sum((_power(system, node) for node in storing), lost)
+    dissipated = sum((dissipated_power(system, node) for node in storing), lost)
+    taken = [_power(system, node) - loss for node, loss in zip(others, losses, strict=True)]
     return _function(system, ca.vertcat(supplied, dissipated, *taken))
 
 
@@ -228,10 +233,18 @@ def _function(system: System, found: ca.SX) -> ca.Function:
 @made_once
 def _find_storing(system: System) -> list[Instance]:
     """Components whose stored energy needs no state that was left out, such as a height."""
-    structure, energies = system.structure, stored_energies(system)
-    found = uses(ca.vertcat(*energies.values()), structure.values).tocoo()
-    lost = set(found.row[~np.isin(found.col, structure.in_use)].tolist()) if energies else set()
-    return [node for i, node in enumerate(energies) if i not in lost]
+    energies = stored_energies(system)
+    known = _mark_known(system, list(energies.values()))
+    return [node for node, fits in zip(energies, known, strict=True) if fits]
+
+
+def _mark_known(system: System, expressions: list[ca.SX]) -> np.ndarray:
+    """Which expressions need no state that was left out."""
+    known = np.ones(len(expressions), dtype=bool)
+    if expressions:
+        found = uses(ca.vertcat(*expressions), system.structure.values).tocoo()
+        known[found.row[~np.isin(found.col, system.structure.in_use)]] = False
+    return known
 
 
 def _find_others(system: System) -> list[Instance]:

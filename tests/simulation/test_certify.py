@@ -12,12 +12,16 @@ from scipy.linalg import expm
 import lumped as lp
 from lumped.components import (
     BearingFriction,
+    Clutch,
     Damper,
+    DCMotor,
     Fixed,
+    Ground,
     Inertia,
     Spring,
     SpringDamper,
     Torque,
+    VoltageSource,
     translation,
 )
 from lumped.errors import EquationError, Interrupted, SolverError
@@ -121,9 +125,8 @@ def test_the_energy_balance_is_that_of_the_matrix_exponential(method):
         for _ in range(steps):
             z.append(step @ z[-1])
     twist, w_a, w_b, _ = np.array(z).T
-    loss = simpson(0.5 * (w_b - w_a) ** 2, x=t)
+    loss = simpson(0.5 * (w_b - w_a) ** 2 + 1.5 * w_b**2, x=t)
     work = 5 * simpson(w_a[:7001], x=t[:7001]) - 2 * simpson(w_a[7000:], x=t[7000:])
-    work -= simpson(1.5 * w_b**2, x=t)
     energy = 150 * (twist - 0.01) ** 2 + w_a**2 + w_b**2 / 2
     _, audit = balanced(braked(), until=2.0, rtol=1e-8, method=method)
     assert audit.components == ("a", "shaft", "b")
@@ -141,6 +144,38 @@ def test_the_error_of_the_balance_is_the_drift_of_an_undamped_drive(two_mass, rt
     energy = run["a.w"] ** 2 + run["b.w"] ** 2 / 2 + 150 * run["shaft.phi_rel"] ** 2
     assert audit.supplied == pytest.approx(0, abs=1e-14)
     assert audit.error == pytest.approx(np.abs(energy - 1).max() / energy.max(), rel=1e-6)
+
+
+def test_what_a_clutch_dissipates_while_it_slips_is_told():
+    """150 rad/s against a body at rest: J w^2 / 2 with J = J_a J_b / (J_a + J_b)."""
+    model = in_a_row(
+        a=Inertia(J=0.4, w=150.0), clutch=Clutch(f_max=168.0, u=1.0), b=Inertia(J=1.2, w=0.0)
+    )
+    _, audit = balanced(lp.assemble(model), until=1.0)
+    assert audit.dissipated == pytest.approx(0.3 * 150.0**2 / 2, rel=1e-9)
+    assert audit.change == pytest.approx(-0.3 * 150.0**2 / 2, rel=1e-9)
+    assert audit.supplied == pytest.approx(0.0, abs=1e-6)
+    assert audit.works == ()
+
+
+def test_a_motor_gives_what_its_supply_gives_and_heats():
+    v, R, k, J = 12.0, 0.5, 0.1, 0.02
+    system = assemble_rows(
+        "supply.p motor.p",
+        "supply.n motor.n ground.pin",
+        "motor.flange load",
+        supply=VoltageSource(v=v),
+        ground=Ground(),
+        motor=DCMotor(J=1e-9, k=k, R=R, L=1e-9),
+        load=Inertia(J=J),
+    )
+    t = 2.0
+    run, audit = balanced(system, until=t, rtol=1e-9, method="implicit")
+    T, w = R * J / k**2, v / k * (1 - np.exp(-t * k**2 / (R * J)))
+    given = v * v / R * T * (1 - np.exp(-t / T))  # i = v / R exp(-t / T)
+    assert run["load.w"][-1] == pytest.approx(w, rel=1e-6)
+    assert dict(audit.works)["motor"] == pytest.approx(given, rel=1e-5)
+    assert audit.dissipated == pytest.approx(v**2 / R * T / 2 * (1 - np.exp(-2 * t / T)), rel=1e-5)
 
 
 def test_an_impact_loses_what_newton_says():
