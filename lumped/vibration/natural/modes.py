@@ -16,6 +16,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError
 from lumped.plots.draw import Canvas, draw
 from lumped.points.situation import one_sided, situation
+from lumped.points.start_values import relative_positions
 from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.display_units import Units, choose_units, frequency_unit
@@ -54,16 +55,18 @@ class Modes(Eigenpairs):
 
     @property
     def rigid_names(self) -> tuple[str, ...]:
-        """What turns or moves together in each rigid-body mode."""
+        """What turns or moves together in each rigid-body mode, or the play that opens in it."""
         names = self.angles
         shapes = self._rigid_positions / _find_scale(self._rigid_positions)
+        relative = np.isin(self.system.structure.states, relative_positions(self.system))
         found = []
         for column, raw in zip(shapes.T, self.rigid_vectors.T, strict=True):
             together = [n for n, v in zip(names, column, strict=True) if abs(v) > 1e-6]
-            none = "" if together else "no body, "
-            if none:  # what only keeps its value, such as an integral of control or a count
+            none = ""
+            if not together:  # what only keeps its value: a play, an integral of control, a count
                 kept = np.flatnonzero(np.abs(raw) > 1e-6 * np.abs(raw).max())
                 together = [self.system.state_names[i] for i in kept]
+                none = "" if relative[kept].any() else "no body, "
             more = f", ... {len(together) - 6} more" if len(together) > 6 else ""
             found.append(none + ", ".join(together[:6]) + more)
         return tuple(found)

@@ -11,6 +11,7 @@ import lumped as lp
 from lumped.components import (
     Constant,
     DCMotor,
+    ElastoBacklash,
     Fixed,
     Ground,
     IdealGear,
@@ -128,6 +129,13 @@ def test_conditions_and_residuals_have_their_closed_forms(zeta):
     wrong = replace(modes, eigenvalues=modes.eigenvalues * 1.01)
     expected = 0.01 if zeta == 0 else 0.01 / (1 + 2 * zeta)
     assert wrong.accuracy.residuals == pytest.approx([expected], rel=0.35)
+
+
+def test_an_open_play_is_a_rigid_motion_of_bodies():
+    parts = {"a": Inertia(J=1.0), "play": ElastoBacklash(c=1e3, d=1.0, b=0.1), "b": Inertia(J=2.0)}
+    modes = lp.modes(lp.assemble(in_a_row(**parts)))
+    assert set(modes.rigid_names) == {"a.phi, b.phi", "play.phi_rel"}
+    assert "no body" not in repr(modes)
 
 
 class Clock(lp.Component):
