@@ -19,10 +19,10 @@ from lumped.language.expression import (
     as_expr,
     walk,
 )
-from lumped.language.lowering import lower
+from lumped.language.lowering import has_range, lower
 from lumped.language.switch import Hold, hold
 from lumped.language.value_types import Rows
-from lumped.ops import exp, interpolate, maximum
+from lumped.ops import exp, interpolate, maximum, smooth
 
 __all__ = ["Characteristic", "Stribeck", "coulomb", "dry_friction", "friction_at"]
 
@@ -113,6 +113,8 @@ def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
     """
     if callable(characteristic):
         found = as_expr(characteristic(as_expr(speed)))
+        if any(has_range(node) for node in walk(found)):  # a step may end beyond standstill
+            found = as_expr(characteristic(smooth(abs(as_expr(speed)))))
         _refuse_negative(as_expr(characteristic(as_expr(0.0))))
         return found
     speeds, values = _columns(characteristic)

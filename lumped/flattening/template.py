@@ -23,8 +23,8 @@ from lumped.language.component import Component
 from lumped.language.connection import label
 from lumped.language.declared import fields_of, has_parts, quantities_of
 from lumped.language.derivatives import along, partials
-from lumped.language.expression import Compare, Expr, Piecewise, Ref, text
-from lumped.language.lowering import Branches, Plain, has_steps, lower
+from lumped.language.expression import Call, Compare, Expr, Piecewise, Ref, text, walk
+from lumped.language.lowering import Branches, Plain, has_range, has_steps, lower
 from lumped.language.quantity import Param
 from lumped.language.switch import Hold, Single, When
 
@@ -55,6 +55,15 @@ Place = Callable[[Component], str | None]
 
 Lowered = Callable[[Expr], ca.SX]
 """CasADi form of an expression."""
+
+
+def _may_overflow(law: Expr) -> bool:
+    """Whether a law may have no finite value at a speed against its way; tables go on there."""
+    nodes = list(walk(law))
+    return not any(isinstance(node, Piecewise) for node in nodes) and any(
+        has_range(node) or (isinstance(node, Call) and node.op in ("/", "exp", "sinh", "cosh"))
+        for node in nodes
+    )
 
 
 class Template:
@@ -157,9 +166,13 @@ class Template:
         speed, reaction = lowered(item.speed), lowered(item.reaction)
         acceleration = self._time_derivative(speed)
         law = ca.SX(0)
-        for sliding, given in ((forward, item.forward), (backward, item.backward)):
+        for way, sliding, given in ((1, forward, item.forward), (-1, backward, item.backward)):
             if given is not None:
-                law += sliding * lowered(given)
+                slid = lowered(given)
+                if _may_overflow(given):  # where it does not slide this way, a speed of its range
+                    within = sliding * speed + way * (1 - sliding)
+                    slid = ca.substitute(slid, speed, within)
+                law += sliding * slid
         engaged = None
         if item.engaged is not None:
             engaged = self._condition(item.engaged, lowered)

@@ -197,15 +197,19 @@ def _find_bounded(nodes: list[Expr]) -> set[int]:
     found: set[int] = set()
     for node in reversed(nodes):
         own = id(node) in found
-        if isinstance(node, Call):
-            power = node.args[-1]
-            root = node.op == "**" and not (
-                isinstance(power, ConstantExpression) and power.value == int(power.value)
-            )
-            own = own or root or node.op in ("sqrt", "log", "asin", "acos")
+        own = own or has_range(node)
         if own and not isinstance(node, Where | Smooth):
             found.update(id(child) for child in node.children())
     return found
+
+
+def has_range(node: Expr) -> bool:
+    """Whether a node is a function that is not defined everywhere, such as a root."""
+    if not isinstance(node, Call):
+        return False
+    power = node.args[-1]
+    whole = isinstance(power, ConstantExpression) and power.value == int(power.value)
+    return node.op in ("sqrt", "log", "asin", "acos") or (node.op == "**" and not whole)
 
 
 def _modes(node: Call, args: list[ca.SX], kinks: Kinks) -> list[ca.SX]:

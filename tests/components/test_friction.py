@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from drive_chains import in_turn
 from rows import assemble_rows, in_a_row
+from scipy.integrate import quad
 
 import lumped as lp
 from lumped.components import BearingFriction, Brake, Clutch, Inertia, Stribeck, Torque, translation
@@ -26,8 +27,35 @@ COULOMB_AND_VISCOUS = {
 }
 
 
+def spinning(characteristic, direction, w=40.0):
+    return lp.assemble(spin_down(characteristic, direction * w))
+
+
 def spin_down(characteristic, w=W_0):
     return in_a_row(body=Inertia(J=J, w=w), bearing=BearingFriction(characteristic=characteristic))
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_root_of_the_speed_is_taken_of_its_magnitude(direction):
+    """Friction a w^p: w^(1-p) = w_0^(1-p) - (1-p) a t / J; with a constant, by SciPy."""
+    a, p = 0.5, 0.6
+    pure = spinning(lambda w: a * w**p, direction)
+    t = 3.0
+    expected = (W_0 ** (1 - p) - (1 - p) * a * t / J) ** (1 / (1 - p))
+    run = lp.simulate(pure, until=t, rtol=1e-10)
+    assert run["body.w"][-1] == pytest.approx(direction * expected, rel=1e-8)
+    raised = spinning(lambda w: 1.0 + a * w**p, direction)
+    run = lp.simulate(raised, until=40.0, rtol=1e-10)
+    stop = quad(lambda w: J / (1.0 + a * w**p), 0, W_0, epsabs=1e-12)[0]
+    (event,) = modes_of(run)
+    assert event.time == pytest.approx(stop, rel=1e-7)
+    assert run["body.w"][-1] == 0.0
+
+
+def test_a_curve_that_overflows_against_its_way_is_not_evaluated_there():
+    steep = Stribeck(coulomb=TAU_C, static=5.0, decay=1.0)  # exp(1000) is no number
+    run = lp.simulate(spinning(steep, 1, 1000.0), until=1.0)
+    assert run["body.w"][-1] == pytest.approx(1000.0 - TAU_C / J, rel=1e-12)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
