@@ -21,7 +21,7 @@ from lumped.timeloop.plants.kept_run import KeptRun
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run import nominals
 
-_AGREE = 1e-6
+AGREE = 1e-6
 """Relative difference up to which derivatives to both sides are the same."""
 _LEAST_ROWS = 64
 """Room for so many times at least, so that the next piece can have it."""
@@ -211,7 +211,7 @@ class Forward:
         if any(len(crossing.orders) > 1 for crossing in crossings):
             other = self.follow(run, wanted, crossings, S, -1)
             for right, left in zip(found.states, other.states, strict=True):
-                if np.abs(right - left).max(initial=0.0) > _AGREE * np.abs(right).max(initial=0.0):
+                if np.abs(right - left).max(initial=0.0) > AGREE * np.abs(right).max(initial=0.0):
                     raise coincide(run, crossings)
         return found
 

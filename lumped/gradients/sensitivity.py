@@ -14,7 +14,7 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError
 from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
-from lumped.gradients.forward import Followed, Forward, coincide
+from lumped.gradients.forward import AGREE, Followed, Forward, coincide
 from lumped.gradients.functional_values import Chained, RunReadings, check, differ, refuse
 from lumped.gradients.legs import GRID, SmoothParts, legs_of, pieces_of
 from lumped.gradients.sensitivity_result import MovedInstant, Sensitivity
@@ -35,6 +35,8 @@ from lumped.timeloop.results.trajectory import Trajectory
 from lumped.timeloop.run_options import RunOptions, run_plan
 
 Side = Literal["both", "right", "left"]
+_STILL = 1e-12
+"""Derivative of an instant by the relative change of a parameter that is rounding."""
 
 
 @checked
@@ -75,7 +77,7 @@ def sensitivity(
     side : {"both", "right", "left"}
         Derivatives for parameters that grow (right) or shrink (left), where these differ: where
         different changes coincide, extremes are equally high, or a change falls on the very
-        instant that is looked at. By default both must agree.
+        instant that is looked at. By default both must agree; instants of change have both.
     **options : RunOptions
         Of the run (see `RunOptions`).
 
@@ -167,8 +169,10 @@ class Varied:
         pieces, crossings = pieces_of(run), forward.crossings(run)
         several = any(len(crossing.orders) > 1 for crossing in crossings)
         values: np.ndarray | None = None
+        sides = []
         for sign in _signs(side, several):
             found = forward.follow(run, pieces, crossings, begin, sign)
+            sides.append(found)
             own = forward.along(run, found.states, self.of) / self.scale
             if values is not None and any(
                 differ(a, b).any() for a, b in zip(values.T, own.T, strict=True)
@@ -177,7 +181,7 @@ class Varied:
             values = own
         assert values is not None
         shared = tuple(i.t for i in found.instants if i.shared)
-        whole, instants, cost = self._whole(values), self._instants(found), forward.evaluations
+        whole, instants, cost = self._whole(values), self._instants(sides), forward.evaluations
         return Sensitivity(run, self.of, self.by, whole, instants, shared, cost, self.rtol)
 
     def sum_up(
@@ -196,10 +200,12 @@ class Varied:
         begin = slopes_at_start(run, self.given, self.seed, self.varied)
         several = any(len(crossing.orders) > 1 for crossing in crossings)
         sides: list[np.ndarray] = []
+        followed = []
         parted = several or summed.parted or chained.has_kinks
         for sign in _signs(side, parted):
             if not sides or several:
                 found = forward.follow(run, summed.pieces, crossings, begin, sign)
+                followed.append(found)
             own_side = summed.forward(found, self.seed, sign) / self.scale
             sides.append(chained.slopes(own_side, sign)[0])
         absent = np.array([differ(a, b) for a, b in zip(sides[0], sides[-1], strict=True)])
@@ -211,7 +217,7 @@ class Varied:
             slopes[:, i] = chained.slopes(ends[:, None])[0][:, 0]
         if curves is None:
             none = np.zeros((len(run.t), 0, len(self.by)))
-            instants, shared = self._instants(found), summed.shared
+            instants, shared = self._instants(followed), summed.shared
             curves = Sensitivity(run, (), self.by, none, instants, shared, 0, self.rtol)
         cost = curves.evaluations + forward.evaluations
         return replace(
@@ -223,11 +229,14 @@ class Varied:
             evaluations=cost,
         )
 
-    def _instants(self, found: Followed) -> tuple[MovedInstant, ...]:
-        return tuple(
-            MovedInstant(i.t, self._whole(i.slopes / self.scale), i.components)
-            for i in found.instants
-        )
+    def _instants(self, sides: list[Followed]) -> tuple[MovedInstant, ...]:
+        found = []
+        for one, other in zip(sides[0].instants, sides[-1].instants, strict=True):
+            least = _STILL * max(1.0, abs(one.t)) + AGREE * np.abs(one.slopes).max(initial=0.0)
+            differs = (np.abs(one.slopes - other.slopes) > least).any()
+            whole, left = (self._whole(i.slopes / self.scale) for i in (one, other))
+            found.append(MovedInstant(one.t, whole, one.components, left if differs else None))
+        return tuple(found)
 
     def _whole(self, derivatives: np.ndarray) -> np.ndarray:
         """With a column for the end of the run, which moves nothing before it."""

@@ -22,11 +22,24 @@ from lumped.timeloop.results.trajectory import Trajectory
 
 
 class MovedInstant(NamedTuple):
-    """An instant at which the run stopped, s, its derivatives, shape (len(by),), what changes."""
+    """An instant at which the run stopped.
+
+    Attributes
+    ----------
+    time : float
+        When, s.
+    slopes : ndarray, shape (len(by),)
+        Its derivatives; for parameters that grow, where those for shrinking ones differ.
+    components : tuple of str
+        What changes.
+    left : ndarray or None, shape (len(by),)
+        Derivatives for parameters that shrink, where these differ.
+    """
 
     time: float
     slopes: np.ndarray
     components: tuple[str, ...]
+    left: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

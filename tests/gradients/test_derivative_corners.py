@@ -5,10 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 from checks import by_complex_step, refused
-from rows import assemble_one
+from rows import assemble_one, in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
+from lumped.components import Clutch, Inertia
 from lumped.errors import OptionError, SolverError
 from lumped.ops import sin, where
 
@@ -288,3 +289,26 @@ def test_changes_that_coincide_but_for_rounding_coincide():
         ):
             action = partial(call, gate, of=[of], by=["a"], until=5.0)
             refused(SolverError, action, "t = 3.33333", "coincide", "One")
+
+
+def test_instants_of_changes_that_coincide_have_slopes_to_both_sides():
+    """Two clutches pull three bodies together, both until 10 s where F = 1 is that of both.
+
+    With more, c sticks at 10 / (2 F - 1) and d at 10; with less, d at 10 / (2 - F) and c at 10 / F.
+    """
+    law = ((0.0, 1.0),)
+    model = in_a_row(
+        a=Inertia(J=1.0, w=10.0),
+        c=Clutch(f_max=1.0, u=1.0, characteristic=law),
+        m=Inertia(J=1.0, w=0.0),
+        d=Clutch(f_max=1.0, u=1.0, characteristic=law),
+        b=Inertia(J=1.0, w=-10.0),
+    )
+    system = lp.assemble(model)
+    for of in ("b.w", fun.final("b.w")):
+        found = lp.sensitivity(system, of=[of], by=["c.f_max"], until=15.0, grid=10)
+        sides = {i.components: (i.slopes[0], i.left[0]) for i in found.instants}
+        assert sides[("c",)] == pytest.approx((-20.0, -10.0), rel=1e-6)
+        assert sides[("d",)] == pytest.approx((0.0, 10.0), rel=1e-6, abs=1e-6)
+    alone = lp.sensitivity(system, of=["b.w"], by=["c.f_max"], until=15.0, side="left")
+    assert all(i.left is None for i in alone.instants)

@@ -87,7 +87,7 @@ def test_a_body_that_friction_stops_comes_to_rest_whatever_its_start():
     ):
         assert found[pair][part] == pytest.approx(expected, rel=1e-9)
     assert np.abs(found["body.w", "body.w"][stuck]).max() < 1e-12
-    ((_, slopes, components),) = found.instants
+    ((_, slopes, components, _),) = found.instants
     assert components == ("bearing",)
     assert slopes == pytest.approx([1 / a, w / a**2 / J], rel=1e-9)
 
