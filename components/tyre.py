@@ -49,7 +49,8 @@ class Tyre(Component):
     sigma: Param = param("m", "relaxation length", 0.3, above=0)
     T_d: Param = param("s", "damping over stiffness of the tread at standstill", 0.005, min=0)
     v_low: Param = param("m/s", "speed at which this damping fades", 2.5, above=0)
-    z: Var = var("1", "deflection of the tread over sigma", nominal=1e-2, state="always")
+    e: Var = var("m", "deflection of the tread", nominal=3e-3, state="always")
+    z: Var = var("1", "deflection of the tread over sigma", nominal=1e-2)
     w: Var = var("rad/s", "angular velocity of the wheel")
     v: Var = var("m/s", "velocity of the hub over the road")
     k: Var = var("1", "slip")
@@ -65,7 +66,8 @@ class Tyre(Component):
         x = self.B * k
         magic = sin(self.C * atan(x - self.E * (x - atan(x))))
         steep = self.B * self.C
-        yield self.sigma * der(self.z) == v_slip - V * self.z * steep * k / magic
+        yield self.e == self.sigma * self.z
+        yield der(self.e) == v_slip - V * self.z * steep * k / magic
         damping = self.T_d * exp(-((V / self.v_low) ** 2))
         yield self.f == self.f_n * self.mu * steep * (self.z + damping * der(self.z))
         yield self.wheel.tau == self.R * self.f

@@ -14,6 +14,7 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, StartError, shown
 from lumped.points.direct_start import direct_slopes, direct_start
+from lumped.points.pressed_friction import find_loose
 from lumped.points.start_search import StartSearch
 from lumped.points.start_values import read_start_values
 from lumped.support.arguments import checked
@@ -60,9 +61,10 @@ def start_point(
     time : float
         Instant of the start, s.
     together : bool
-        Parts move together: no twist of a spring and no play changes, so that one given speed
-        turns a whole drive train. Twists themselves keep their start values. Parts that only a
-        damper or slipping friction joins move as they are given.
+        Parts move together: no twist of a spring and no play changes, friction that is pressed
+        sticks and tyres roll, so that one given speed turns a whole drive train. Twists themselves
+        keep their start values. Friction slips where start values say so; parts that only a
+        damper or free friction joins move as they are given.
 
     Returns
     -------
@@ -132,18 +134,33 @@ def find_start(
         point = _direct(system, theta, values, time)
         if point is not None:
             return point if again is None else replace(point, again=again)
-    search = StartSearch(system, theta, values, places, time, together)
-    x, modes = (
-        search.solve()[system.structure.in_use],
-        modes_at(system, search.theta, just_after(time)),
-    )
-    begun = np.concatenate([modes, search.settings[len(modes) :]])
-    point = OperatingPoint(
-        system, time, x, search.theta, begun, residual=search.residual, again=again
-    )
-    point = _begin_motion(point)
-    if not point.collisions:
-        search.check(point.settings)
+
+    def find(pressed: tuple[int, ...]) -> tuple[OperatingPoint, StartSearch]:
+        search = StartSearch(system, theta, values, places, time, together, pressed)
+        x, modes = (
+            search.solve()[system.structure.in_use],
+            modes_at(system, search.theta, just_after(time)),
+        )
+        begun = np.concatenate([modes, search.settings[len(modes) :]])
+        point = OperatingPoint(
+            system, time, x, search.theta, begun, residual=search.residual, again=again
+        )
+        point = _begin_motion(point)
+        if not point.collisions:
+            search.check(point.settings)
+        return point, search
+
+    pressed: tuple[int, ...] = ()
+    point, search = find(pressed)
+    while together and system.switching:
+        loose = find_loose(point, search)
+        if not set(loose) - set(pressed):
+            break
+        pressed = (*pressed, *loose)
+        try:
+            point, search = find(pressed)
+        except StartError:  # it cannot stick, and slips as it was found
+            break
     return point
 
 

@@ -56,6 +56,8 @@ class StartSearch:
         Instant, s.
     together : bool
         Parts move together: relative positions, such as twists, rest.
+    pressed : tuple of int
+        Nodes of further speeds that are zero.
 
     Attributes
     ----------
@@ -81,9 +83,11 @@ class StartSearch:
         free: list[int],
         time: float,
         together: bool = False,
+        pressed: tuple[int, ...] = (),
     ) -> None:
         self.system, self.theta, self.free, self.time = system, theta, free, time
         self._resting = relative_positions(system) if together else []
+        self._pressed = pressed
         self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         given, self.starts = evaluate_start_values(system, theta)
@@ -174,6 +178,10 @@ class StartSearch:
             rate = node + 1
             if not {rate} & (self.fixed.keys() | self.targets.keys() | self.position.keys()):
                 self.targets[rate] = (~self.system.structure.members[node], 0.0)
+        for node in self._pressed:
+            if not {node} & (self.fixed.keys() | self.targets.keys()):
+                store = self.fixed if node in self.position else self.targets
+                store[node] = (~self.system.structure.members.get(node, 0), 0.0)
 
     def _is_assembly(self, node: int) -> bool:
         """Whether a node is a motion that a closed linkage determines; its value is a guess."""

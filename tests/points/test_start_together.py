@@ -6,8 +6,11 @@ from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
+    BearingFriction,
     Belt,
+    Brake,
     Capacitor,
+    Clutch,
     Damper,
     ElasticPlanetary,
     ElastoBacklash,
@@ -15,10 +18,13 @@ from lumped.components import (
     Ground,
     IdealGear,
     Inertia,
+    Planetary,
     Resistor,
     Spring,
     SpringDamper,
+    Tyre,
     VoltageSource,
+    translation,
 )
 from lumped.errors import StartError
 
@@ -110,3 +116,78 @@ def test_a_train_that_moves_together_charges_no_capacitor():
     )
     point = lp.start_point(lp.assemble(model), together=True)
     assert [point["store.v"], point["store.i"]] == pytest.approx([0.0, 6.0 / 3.0], abs=1e-12)
+
+
+def clutched(**given):
+    """A motor, a pressed clutch, an elastic shaft with bearing, a pressed clutch and a load."""
+    return in_rows(
+        "motor first hub shaft wheel bearing.flange_a",
+        "wheel second load",
+        motor=Inertia(J=0.4),
+        first=Clutch(f_max=1e4, u=1.0),
+        hub=Inertia(J=0.1),
+        shaft=SpringDamper(c=1e3, d=1.0),
+        wheel=Inertia(J=1.2),
+        bearing=BearingFriction(characteristic=((0.0, 1.0),)),
+        second=Clutch(f_max=1e4, u=1.0),
+        load=Inertia(J=1.0),
+    ).with_(given)
+
+
+@pytest.mark.parametrize("name", ["motor.w", "hub.w", "wheel.w", "load.w"])
+def test_one_given_speed_turns_a_train_with_pressed_clutches(name):
+    point = lp.start_point(lp.assemble(clutched()), start={name: 50.0}, together=True)
+    turning = [point[f"{body}.w"] for body in ("motor", "hub", "wheel", "load")]
+    assert turning == pytest.approx([50.0] * 4, rel=1e-12)
+    assert [point["first.position"], point["second.position"]] == [0, 0]
+
+
+def test_a_clutch_slips_where_start_values_or_an_open_one_say_so():
+    system = lp.assemble(clutched())
+    start = {"motor.w": 50.0, "hub.w": 20.0}
+    point = lp.start_point(system, start=start, together=True)
+    received = [point[f"{body}.w"] for body in ("motor", "hub", "wheel", "load")]
+    assert received == pytest.approx([50.0, 20.0, 20.0, 20.0], rel=1e-12)
+    opened = lp.assemble(clutched(**{"second.u": 0.0}))
+    point = lp.start_point(opened, start={"motor.w": 50.0, "load.w": 5.0}, together=True)
+    received = [point[f"{body}.w"] for body in ("motor", "hub", "wheel", "load")]
+    assert received == pytest.approx([50.0, 50.0, 50.0, 5.0], rel=1e-12)
+
+
+@pytest.mark.parametrize(("name", "value"), [("a.w", 100.0), ("r.w", 100.0), ("o.w", 200.0 / 3.0)])
+def test_a_pressed_brake_holds_the_sun_of_a_planetary_set(name, value):
+    """Ring over carrier is (1 + ratio) / ratio while the sun stands still."""
+    model = in_rows(
+        "a c r set.ring",
+        "set.sun sun brake.flange_a",
+        "set.carrier o",
+        a=Inertia(J=0.4),
+        c=Clutch(f_max=1e4, u=1.0),
+        r=Inertia(J=0.1),
+        set=Planetary(ratio=2.0),
+        sun=Inertia(J=0.01),
+        brake=Brake(f_max=1e4, u=1.0),
+        o=Inertia(J=1.2),
+    )
+    point = lp.start_point(lp.assemble(model), start={name: value}, together=True)
+    received = [point[n] for n in ("a.w", "r.w", "sun.w", "o.w")]
+    assert received == pytest.approx([100.0, 100.0, 0.0, 200.0 / 3.0], rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(("name", "value"), [("car.v", 20.0), ("engine.w", 20.0 / 0.3 * 8.0)])
+def test_a_tyre_rolls_where_all_parts_move_together(name, value):
+    model = in_rows(
+        "engine clutch gear wheel tyre.wheel",
+        "tyre.hub car",
+        engine=Inertia(J=0.3),
+        clutch=Clutch(f_max=1e4, u=1.0),
+        gear=IdealGear(ratio=8.0),
+        wheel=Inertia(J=2.0),
+        tyre=Tyre(f_n=4000.0, R=0.3, mu=1.0),
+        car=translation.Mass(m=1200.0),
+    )
+    point = lp.start_point(lp.assemble(model), start={name: value}, together=True)
+    received = [point[n] for n in ("car.v", "wheel.w", "engine.w", "tyre.f")]
+    expected = [20.0, 20.0 / 0.3, 20.0 / 0.3 * 8.0, 0.0]
+    assert received == pytest.approx(expected, rel=1e-9, abs=1e-6)
+    assert abs(point["tyre.k"]) < 1e-9

@@ -141,12 +141,12 @@ def bar_energy(at: Motion) -> complex:
 
 def tread_energy(at: Motion) -> complex:
     p = at.p
-    return p["f_n"] * p["mu"] * p["B"] * p["C"] * p["sigma"] * at.x["z"] ** 2 / 2
+    return p["f_n"] * p["mu"] * p["B"] * p["C"] * at.x["e"] ** 2 / (2 * p["sigma"])
 
 
 def tread_heat(at: Motion) -> float:
     """What the tread slips, and its damper takes."""
-    p, z = at.p, at.x["z"]
+    p, z = at.p, at.x["e"] / at.p["sigma"]
     v, u = at.v["hub"], p["R"] * at.v["wheel"]
     V = (abs(v) + abs(u)) / 2
     x = p["B"] * abs(u - v) / V
