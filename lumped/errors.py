@@ -115,12 +115,12 @@ class OptimisationError(LumpedError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """A run was interrupted (Ctrl-C).
+    """A run, or a study of many, was interrupted (Ctrl-C).
 
     Attributes
     ----------
-    partial : Trajectory
-        What was computed until then.
+    partial : Trajectory, or what the study gives
+        What was computed until then; None if that is nothing.
     """
 
     def __init__(self, text: str, partial: Any) -> None:

@@ -17,7 +17,7 @@ from lumped.ensembles.line_file import LineFile
 from lumped.ensembles.outcome import Ensemble
 from lumped.ensembles.parallel_runs import DIED, on_cluster, run_in_threads
 from lumped.ensembles.variants import Over, ParameterSets, Sampling, fill_parameters, variants_of
-from lumped.errors import LumpedError, OptionError, SolverError, shown
+from lumped.errors import Interrupted, LumpedError, OptionError, SolverError, shown
 from lumped.functionals import Functional
 from lumped.kernel.run import DONE, FULL
 from lumped.many_runs.native_runs import Batch, NativeRuns
@@ -182,11 +182,22 @@ class RunsAt:
         ----------
         points : ndarray, shape (n, len(names))
             Within the ranges of the parameters.
+
+        Raises
+        ------
+        Interrupted
+            With the same of the first runs, up to the one that was not done.
         """
         if not len(points):
             return np.full((0, len(self._made.watched.of)), np.nan), {}
-        values, status, _ = collect_runs(self._made, points, min(self._workers, len(points)))
-        return values, failures_of(self._made, points, values, status)
+        made = self._made
+        values, status, _ = collect_runs(made, points, min(self._workers, len(points)))
+        if not made.is_stopped:
+            return values, failures_of(made, points, values, status)
+        made.go_on()
+        n = int(np.argmax([*(status == FULL), True]))
+        known = values[:n], failures_of(made, points[:n], values[:n], status[:n])
+        raise Interrupted(f"{made.system.name}: interrupted after {n} of {len(points)} runs", known)
 
 
 def collect_runs(

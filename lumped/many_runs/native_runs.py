@@ -112,6 +112,11 @@ class NativeRuns(RunRecords):
         for worker in self._workers:
             worker.stop()
 
+    def go_on(self) -> None:
+        """Let runs be made again, when all threads have returned."""
+        self.is_stopped = False
+        self._idle, self._workers = [], []
+
 
 class _Worker:
     """The records of one thread: one run, or several side by side."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.structure import Name
 from lumped.ensembles.variants import Over
-from lumped.errors import OptionError, SolverError
+from lumped.errors import Interrupted, OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions
 from lumped.tolerances.failure.form import DesignPoint, form, join_points, points_of, search_all
@@ -122,6 +122,9 @@ def reliability(
     SolverError
         If no combination within reach passes the limit, or all do; or where the method does not
         apply.
+    Interrupted
+        After Ctrl-C; `partial` is the result of the first samples of ``"importance"``, or the
+        levels that ``"subset"`` has reached, whose last probability is an upper estimate.
 
     Notes
     -----
@@ -140,18 +143,30 @@ def reliability(
         analysis="reliability",
         **options,
     )
-    limit = Limit(scene, above, below)
-    others, (means, deviations) = scene.others(by), scene.moments
+    limit, others = Limit(scene, above, below), scene.others(by)
+    try:
+        return _analyse(limit, search, others, runs or _RUNS, seed, searches or _STARTS)
+    except KeyboardInterrupt as error:
+        known = getattr(error, "partial", None)
+        raise Interrupted(
+            f"{limit.head}: interrupted after {limit.evaluations} evaluations",
+            known if isinstance(known, Reliability | tuple) else None,
+        ) from None
+
+
+def _analyse(
+    limit: Limit, search: Search, others: dict[str, float], runs: int, seed: int, searches: int
+) -> Reliability:
+    scene, (means, deviations) = limit.scene, limit.scene.moments
+    stopped: Interrupted | None = None
     bent: tuple[Curved, ...] = ()
     if search in ("form", "sorm"):
-        points = form(limit, searches=searches or _STARTS)
+        points = form(limit, searches=searches)
         bent = tuple(find_curvature(limit, point) for point in points) if search == "sorm" else ()
         sampled = _compute_probability(points, bent)
     else:
-        points, sampled = _sample_probability(
-            limit, search, runs or _RUNS, seed, searches or _STARTS
-        )
-    return Reliability(
+        points, sampled, stopped = _sample_probability(limit, search, runs, seed, searches)
+    found = Reliability(
         system=scene.system.name,
         event=limit.event,
         label=limit.label,
@@ -170,6 +185,9 @@ def reliability(
         evaluations=limit.evaluations,
         gradients=limit.gradients,
     )
+    if stopped is not None:
+        raise Interrupted(str(stopped), found)
+    return found
 
 
 def _check(
@@ -209,8 +227,9 @@ def _compute_probability(points: tuple[DesignPoint, ...], bent: tuple[Curved, ..
 
 def _sample_probability(
     limit: Limit, search: Search, runs: int, seed: int, searches: int
-) -> tuple[tuple[DesignPoint, ...], Sampled]:
-    """Design points, if there are any, and a probability from samples."""
+) -> tuple[tuple[DesignPoint, ...], Sampled, Interrupted | None]:
+    """Design points, if there are any, a probability from samples, and what has cut these short."""
+    stopped: Interrupted | None = None
     points: tuple[DesignPoint, ...] = ()
     remarks: list[str] = []
     if search == "subset":
@@ -222,10 +241,15 @@ def _sample_probability(
             points = points_of(limit, every)
         except SolverError as error:
             remarks.append(f"{error} (the samples lie around the nearest points that were found)")
-        found = around(limit, middle, runs, seed)
+        try:
+            found = around(limit, middle, runs, seed)
+        except Interrupted as error:
+            if not isinstance(error.partial, Sampled):
+                raise
+            found, stopped = error.partial, error
     if found.failed:
         remarks.append(f"why one failed: {limit.reason}")
-    return points, replace(found, remarks=(*remarks, *found.remarks))
+    return points, replace(found, remarks=(*remarks, *found.remarks)), stopped
 
 
 def _importance(limit: Limit, points: tuple[DesignPoint, ...]) -> np.ndarray:

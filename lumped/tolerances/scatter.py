@@ -11,7 +11,7 @@ import numpy as np
 
 from lumped.ensembles.outcome import list_reasons
 from lumped.ensembles.variants import Over, Sampling
-from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.errors import Interrupted, OptionError, SolverError, UnknownNameError, nearest
 from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import spreads_picture
 from lumped.support.arguments import checked
@@ -264,6 +264,8 @@ def scatter(
         If a distribution is out of the range of its parameter.
     SolverError
         If no run comes to its end, or there are no derivatives at the mean; it says why.
+    Interrupted
+        After Ctrl-C; `partial` is the scatter of the first samples that were done.
     """
     begun = clock.perf_counter()
     wanted: Any = of if isinstance(of, Mapping | Iterable) else [of]
@@ -271,18 +273,28 @@ def scatter(
     count = _RUNS[search] if runs is None else runs
     if not gradients and search != "chaos":
         raise OptionError(f"scatter: gradients=False is for search='chaos', not for '{search}'.")
-    if search == "chaos":
-        found = by_chaos(scene, count, seed, sampling or "sobol", gradients=gradients)
-    elif search == "derivatives":
-        if sampling is not None:
-            raise OptionError("scatter: sampling is for samples and chaos; derivatives need none.")
-        if count < 2:
-            raise OptionError(f"scatter: runs = {count}: two at least check derivatives.")
-        found = by_derivatives(scene, count, seed)
-    else:
-        found = _by_samples(scene, scene.draw(count, seed, sampling or "random"))
-    seconds = clock.perf_counter() - begun
-    return Scatter(scene.system.name, search, scene.names, *found, seconds)
+
+    def tell(found: Spreads) -> Scatter:
+        seconds = clock.perf_counter() - begun
+        return Scatter(scene.system.name, search, scene.names, *found, seconds)
+
+    try:
+        if search == "chaos":
+            found = by_chaos(scene, count, seed, sampling or "sobol", gradients=gradients)
+        elif search == "derivatives":
+            if sampling is not None:
+                text = "scatter: sampling is for samples and chaos; derivatives need none."
+                raise OptionError(text)
+            if count < 2:
+                raise OptionError(f"scatter: runs = {count}: two at least check derivatives.")
+            found = by_derivatives(scene, count, seed)
+        else:
+            found = _by_samples(scene, scene.draw(count, seed, sampling or "random"))
+    except KeyboardInterrupt as error:
+        known = getattr(error, "partial", None)
+        partial = tell(known) if isinstance(known, Spreads) else None
+        raise Interrupted(f"scatter: {str(error) or 'interrupted'}", partial) from None
+    return tell(found)
 
 
 def _by_samples(scene: Scene, points: Real) -> Spreads:
@@ -292,8 +304,19 @@ def _by_samples(scene: Scene, points: Real) -> Spreads:
     ------
     SolverError
         If none has a value.
+    Interrupted
+        With the same of the first runs.
     """
-    values = scene.values(points)
+    try:
+        return _sum_up(scene, points, scene.values(points))
+    except Interrupted as error:
+        values, known = error.partial, None
+        if len(values) > 1 and not np.isnan(values).all():
+            known = _sum_up(scene, points[: len(values)], values)
+        raise Interrupted(str(error), known) from None
+
+
+def _sum_up(scene: Scene, points: Real, values: Real) -> Spreads:
     if np.isnan(values).all():
         first, text = next(iter(scene.failures.items()))
         raise SolverError(f"scatter: all {len(values)} runs fail. Run {first}: {text}", None)

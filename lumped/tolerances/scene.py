@@ -22,7 +22,7 @@ from lumped.ensembles.variants import (
     probabilities,
     variants_of,
 )
-from lumped.errors import OptionError, ParameterError, SolverError
+from lumped.errors import Interrupted, OptionError, ParameterError, SolverError
 from lumped.functionals.functional import refuse_other
 from lumped.support.arguments import checked
 from lumped.support.arrays import Boolean, Real
@@ -188,7 +188,7 @@ class Scene:
         return found
 
     def values(self, x: Real) -> Real:
-        """Functionals at parameters of shape (n, d), shape (n, k); nan where one failed."""
+        """Functionals, shape (n, k), nan where one failed; if interrupted those of the first."""
         return self._evaluate(x, with_slopes=False)[0]
 
     def slopes(self, x: Real) -> tuple[Real, Real]:
@@ -213,9 +213,19 @@ class Scene:
         width = (len(self.names) + len(self.held)) * with_slopes
         values, slopes, _ = Evaluation.unknown(len(rows), len(self.labels), width)
         whole = np.hstack([rows[sound], np.tile([*self.held.values()], (len(sound), 1))])
-        values[sound], slopes[sound], failures = self._evaluated.evaluate(whole, with_slopes)
+        stopped: Interrupted | None = None
+        try:
+            values[sound], slopes[sound], failures = self._evaluated.evaluate(whole, with_slopes)
+        except Interrupted as error:
+            if not isinstance(error.partial, tuple):  # not of runs side by side
+                raise
+            stopped, (known, failures) = error, error.partial
+            values[sound[: len(known)]] = known
+            values = values[: [*sound.tolist(), len(rows)][len(known)]]
         told = {int(sound[i]): text for i, text in failures.items()} | faults
-        self.failures = dict(sorted(told.items()))
+        self.failures = {i: told[i] for i in sorted(told) if i < len(values)}
+        if stopped is not None:
+            raise Interrupted(str(stopped), values)
         return values, slopes
 
     def curvatures(self, x: Real) -> Real:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from lumped.errors import OptionError, SolverError
+from lumped.errors import Interrupted, OptionError, SolverError
 from lumped.support.arrays import Real
 from lumped.support.text_table import list_names
 from lumped.support.units import amount, plain
@@ -78,9 +78,19 @@ class Limit:
         return amount(value, self.unit)
 
     def values(self, u: Real) -> Real:
-        """Excess at points, shape (n, d); nan where an evaluation failed."""
+        """Excess at points, shape (n, d); nan where an evaluation failed.
+
+        `Interrupted` holds the excess at the first of them.
+        """
+        try:
+            values = self.scene.values(self.scene.physical(u))
+        except Interrupted as error:
+            known = error.partial
+            self.evaluations += len(known)
+            found = self._note_extremes(u[: len(known)], known)
+            raise Interrupted(str(error), found) from None
         self.evaluations += len(u)
-        return self._note_extremes(u, self.scene.values(self.scene.physical(u)))
+        return self._note_extremes(u, values)
 
     def slopes(self, u: Real) -> tuple[Real, Real]:
         """Excess at points, and its gradients, shape (n, d), by the standard normal variables."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from lumped.errors import OptionError, SolverError
+from lumped.errors import Interrupted, OptionError, SolverError
 from lumped.numerics.nearest_points import Search
 from lumped.support.arrays import Boolean, Real
 from lumped.tolerances.failure.form import nothing_found
@@ -144,6 +145,8 @@ def around(limit: Limit, points: Sequence[Real], runs: int, seed: int) -> Sample
     ------
     SolverError
         If no sample lies beyond the limit.
+    Interrupted
+        With the estimate of the samples that were done, or None.
 
     Notes
     -----
@@ -155,7 +158,18 @@ def around(limit: Limit, points: Sequence[Real], runs: int, seed: int) -> Sample
     random = np.random.default_rng(seed)
     which = random.choice(len(points), size=runs, p=shares)
     u = middle[which] + random.standard_normal((runs, middle.shape[1]))
-    excess = limit.values(u)
+    try:
+        return _weigh(limit, middle, shares, u, limit.values(u))
+    except Interrupted as error:
+        known, found = error.partial, None
+        with suppress(SolverError):
+            found = _weigh(limit, middle, shares, u[: len(known)], known) if len(known) else None
+        raise Interrupted(str(error), found) from None
+
+
+def _weigh(limit: Limit, middle: Real, shares: Real, u: Real, excess: Real) -> Sampled:
+    """Estimate of a probability from samples around points, with the weights of these."""
+    runs, distances = len(u), np.linalg.norm(middle, axis=1)
     # density of the parameters over that of the samples
     logs = u @ middle.T - 0.5 * distances**2
     weights = np.exp(-scipy.special.logsumexp(logs, axis=1, b=shares))
@@ -222,6 +236,8 @@ def subset(limit: Limit, runs: int, seed: int) -> Sampled:
         If there are too few runs.
     SolverError
         If all evaluations fail, or the limit is not reached in 15 levels.
+    Interrupted
+        With the levels that were reached.
 
     Notes
     -----
@@ -258,7 +274,10 @@ def subset(limit: Limit, runs: int, seed: int) -> Sampled:
         known = np.flatnonzero(inside)
         seeds = walk.random.choice(known, chains, replace=len(known) < chains)
         before, tried = walk.failed, walk.count
-        u, excess, accepted = walk.chains(u[seeds], excess[seeds], level, length)
+        try:
+            u, excess, accepted = walk.chains(u[seeds], excess[seeds], level, length)
+        except Interrupted as error:
+            raise Interrupted(str(error), tuple(levels)) from None
         lost = walk.failed - before
         failed += lost
         unknown = max(unknown, reached * lost / (walk.count - tried))
