@@ -18,9 +18,10 @@ from lumped.support.text_table import amounts, list_names, number
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.aims import Probability, RobustAim
 from lumped.tolerances.evaluated import Failures
-from lumped.tolerances.failure.form import form, is_same, join_points, nothing_found, search_all
+from lumped.tolerances.failure.form import form, is_same, nothing_found, search_all
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.samples import Sampled, around
+from lumped.tolerances.failure.unions import join_points
 from lumped.tolerances.scene import Scattered, Scene, plan_scene
 
 _MORE = 4
@@ -303,7 +304,7 @@ class DesignProbability:
             self._followed.insert(0, nearest.u)
             self._last = None
         own = dict(zip(limit.scene.names, nearest.x.tolist(), strict=True))
-        numbers = nearest.beta, join_points(points)
+        numbers = nearest.beta, join_points(points, limit.is_kept_by_median)
         return CheckedProbability(wanted, most, *numbers, found, own, shift, searches)
 
 

@@ -13,11 +13,13 @@ from lumped.ensembles.variants import Over
 from lumped.errors import Interrupted, OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.timeloop.run_options import RunOptions
-from lumped.tolerances.failure.form import DesignPoint, form, join_points, points_of, search_all
+from lumped.tolerances.failure.directions import compare_directions
+from lumped.tolerances.failure.form import DesignPoint, form, points_of, search_all
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.reliability_outcome import Influence, Kind, Reliability
 from lumped.tolerances.failure.samples import Sampled, around, centres, subset
 from lumped.tolerances.failure.sorm import Curved, find_curvature
+from lumped.tolerances.failure.unions import join_points
 from lumped.tolerances.scene import Scattered, scene_of
 
 _RUNS, _STARTS = 1000, 4
@@ -163,7 +165,7 @@ def _analyse(
     if search in ("form", "sorm"):
         points = form(limit, searches=searches)
         bent = tuple(find_curvature(limit, point) for point in points) if search == "sorm" else ()
-        sampled = _compute_probability(points, bent)
+        sampled = _compute_probability(limit, points, bent)
     else:
         points, sampled, stopped = _sample_probability(limit, search, runs, seed, searches)
     found = Reliability(
@@ -216,13 +218,14 @@ def _check(
         )
 
 
-def _compute_probability(points: tuple[DesignPoint, ...], bent: tuple[Curved, ...]) -> Sampled:
+def _compute_probability(
+    limit: Limit, points: tuple[DesignPoint, ...], bent: tuple[Curved, ...]
+) -> Sampled:
     """Probability from design points, of a curved limit if its curvatures are known."""
-    if bent:
-        return Sampled.from_computation(join_points(points, [one.tvedt for one in bent]))
-    bend = points[0].bend
-    remarks = () if abs(bend - 1) <= _PLANE else (_CURVED.format(bend),)
-    return Sampled.from_computation(join_points(points), remarks)
+    each, bend = [one.tvedt for one in bent] or None, points[0].bend
+    found = join_points(points, limit.is_kept_by_median, each)
+    remarks = (_CURVED.format(bend),) if not bent and abs(bend - 1) > _PLANE else ()
+    return Sampled.from_computation(found, remarks + compare_directions(limit, points, found))
 
 
 def _sample_probability(

@@ -3,6 +3,7 @@
 import numpy as np
 from rows import assemble_row, assemble_rows
 
+import lumped as lp
 from lumped.components import Brake, Fixed, Inertia, Spring, SpringDamper, Torque
 
 
@@ -32,3 +33,22 @@ def braked():
     return assemble_row(
         body=Inertia(J=1.0, w=10.0), brake=Brake(f_max=10.0, characteristic=((0.0, 0.5),), u=1.0)
     )
+
+
+def pulled():
+    """``w(1 s) = (t + 2 s) / J``, as the second torque acts twice."""
+    return lp.compose(
+        a=Inertia(J=2.0),
+        t=Torque(tau=10.0),
+        s=Torque(tau=4.0),
+        r=Torque(tau=4.0),
+        connections=lambda m: [lp.connect(x.flange, m.a.flange_a) for x in (m.t, m.s, m.r)],
+    )
+
+
+MEANS, STDS = np.array([10.0, 4.0, 4.0]), np.array([1.0, 0.5, 0.3])
+TORQUES = ("t.tau", "s.tau", "r.tau")
+
+
+def normals(means=MEANS, stds=STDS):
+    return {n: lp.normal(m, s) for n, m, s in zip(TORQUES, means, stds, strict=True)}

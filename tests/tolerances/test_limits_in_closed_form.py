@@ -7,10 +7,11 @@ from scipy.stats import chi2, norm
 
 from lumped.errors import LumpedError, SolverError
 from lumped.numerics.nearest_points import search_together
-from lumped.tolerances.failure.form import form, join_points, points_of, search_all
+from lumped.tolerances.failure.form import form, points_of, search_all
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.samples import around, centres, subset
 from lumped.tolerances.failure.sorm import find_curvature, paraboloid
+from lumped.tolerances.failure.unions import join_points
 from tests.tolerances.given_scene import numbers
 
 
@@ -57,7 +58,8 @@ def test_the_distance_of_a_plane_is_that_of_geometry(side):
     assert point.beta == pytest.approx(sign * 11 / size, rel=1e-12)
     assert point.u == pytest.approx(11 / size * np.array([3, -2]) / size, rel=1e-12)
     assert point.x @ [3, -1] == pytest.approx(36, rel=1e-12)
-    assert join_points([point]) == pytest.approx(norm.sf(sign * 11 / size), rel=1e-12)
+    beyond = norm.sf(sign * 11 / size)
+    assert join_points([point], is_kept=sign > 0) == pytest.approx(beyond, rel=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -103,7 +105,7 @@ def test_both_points_of_a_square_are_found_and_joined():
         points = form(Limit(scene, **{side: 9.0}))
         sign = 1 if side == "above" else -1
         assert [sign * p.beta for p in points] == pytest.approx([2.9, 3.1], rel=1e-9)
-        assert join_points(points) == pytest.approx(probability, rel=1e-9)
+        assert join_points(points, is_kept=side == "above") == pytest.approx(probability, rel=1e-9)
 
 
 @pytest.mark.parametrize("angle", [0.8, 1.2, 2.5])
@@ -119,7 +121,7 @@ def test_two_planes_are_joined_as_quadrature_joins_them(angle):
         return norm.pdf(x) * norm.sf((2.3 - b[0] * x) / b[1])
 
     exact = norm.sf(2.0) + integrate.quad(second, -10, 2.0, epsabs=1e-13)[0]
-    assert join_points(points) == pytest.approx(exact, rel=1e-8)
+    assert join_points(points, is_kept=True) == pytest.approx(exact, rel=1e-8)
 
 
 def test_a_point_between_two_nearer_ones_is_left_out():
@@ -178,17 +180,22 @@ def test_a_limit_that_bends_around_the_median_has_no_second_order():
         (
             numbers(lambda x: np.tanh(x).sum(), lambda x: np.cosh(x) ** -2, [0] * 3, [1] * 3),
             {"above": "3.5 N.m"},
-            r"nowhere within a distance of 8: the greatest value found is 2.99\d* N.m, with p0 = ",
+            r"nowhere in \d+ evaluations within a distance of 8: .* is 2.99\d* N.m, with p0 = ",
         ),
         (
             numbers(lambda x: np.tanh(x).sum(), lambda x: np.cosh(x) ** -2, [0] * 3, [1] * 3),
             {"below": 3.5},
-            "everywhere within a distance of 8: the greatest value found is 2.99",
+            r"everywhere in \d+ evaluations within a distance of 8: the .* is 2.99",
         ),
         (
             numbers(either, either_slope, [0, 0], [1, 1]),
             {"above": 3.0},
             "a kink at its design point, p0 = 3, p1 = 2: .* and ",
+        ),
+        (
+            numbers(min, lambda x: np.eye(2)[x.argmin()], [0, 0], [1, 1]),
+            {"above": 2.5},
+            r"a kink at its design point, p0 = 2\.[45]\d*, p1 = 2\.[45]\d*: .* and ",
         ),
         (
             numbers(lambda x: 1.0, lambda x: np.zeros(2), [0, 0], [1, 1]),
@@ -287,7 +294,7 @@ def test_evaluations_that_fail_are_not_taken_as_safe():
 
 def test_levels_that_do_not_rise_are_told():
     steps = numbers(lambda x: np.floor(min(x[0], 0.5)), lambda x: np.zeros(2), [0, 0], [1, 1])
-    with pytest.raises(SolverError, match="nowhere down to a probability") as caught:
+    with pytest.raises(SolverError, match="nowhere in 380 evaluations down to") as caught:
         subset(Limit(steps, above=3.0), 200, 0)
     print(caught.value)
     # steps that do rise are counted right

@@ -1,9 +1,5 @@
 """Probabilities, design points and their derivatives for drives whose answer is a closed form."""
 
-import os
-import signal
-import time
-
 import matplotlib.pyplot as plt
 import numpy as np
 import plotly.graph_objects as go
@@ -16,20 +12,8 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, SpringDamper, Stop, Torque
 from lumped.ensembles import correlated, lognormal
-from lumped.errors import Interrupted, OptionError, ParameterError, SolverError, UnknownNameError
-from lumped.many_runs.native_runs import NativeRuns
-from lumped.tolerances.failure.limit import Limit
-
-
-def pulled():
-    """``w(1 s) = (t + 2 s) / J``, as the second torque acts twice."""
-    return lp.compose(
-        a=Inertia(J=2.0),
-        t=Torque(tau=10.0),
-        s=Torque(tau=4.0),
-        r=Torque(tau=4.0),
-        connections=lambda m: [lp.connect(x.flange, m.a.flange_a) for x in (m.t, m.s, m.r)],
-    )
+from lumped.errors import OptionError, ParameterError, SolverError, UnknownNameError
+from tests.tolerances.drives import MEANS, STDS, TORQUES, normals, pulled
 
 
 def pulled_to_a_stop():
@@ -63,14 +47,6 @@ def swing():
 @pytest.fixture(scope="module")
 def torsion():
     return lp.modes(lp.assemble(two_masses()))
-
-
-MEANS, STDS = np.array([10.0, 4.0, 4.0]), np.array([1.0, 0.5, 0.3])
-TORQUES = ("t.tau", "s.tau", "r.tau")
-
-
-def normals(means=MEANS, stds=STDS):
-    return {n: lp.normal(m, s) for n, m, s in zip(TORQUES, means, stds, strict=True)}
 
 
 def test_a_speed_that_is_linear_in_normal_torques(pull):
@@ -109,6 +85,39 @@ def test_torques_that_depend_on_each_other(pull):
     assert [*found.design_point.values()] == pytest.approx(at, rel=1e-6)
     assert found.influence("s.tau").beta == pytest.approx(-1 / spread, rel=1e-6)
     assert np.abs(found.importance).sum() == pytest.approx(1, rel=1e-12)
+
+
+@pytest.mark.parametrize("search", ["form", "sorm"])
+@pytest.mark.parametrize("side", ["above", "below"])
+@pytest.mark.parametrize("middle", [9.2, 11.0])
+def test_a_speed_in_a_band(pull, search, side, middle):
+    """Within 0.3 rad/s of a speed, near to the mean and far from it."""
+    off = (fun.final("a.w") - middle) ** 2
+    call = {"over": normals(), "until": 1.0, "search": search}
+    found = lp.reliability(pull, off, **{side: 0.09}, **call)
+    low, high = ((2 * (middle + d) - MEANS.sum()) / np.linalg.norm(STDS) for d in (-0.3, 0.3))
+    inside = norm.cdf(high) - norm.cdf(low)
+    exact = inside if side == "below" else 1 - inside
+    assert found.probability == pytest.approx(exact, rel=1e-4)
+    assert len(found.points) == 2
+    assert not found.remarks
+
+
+def test_a_remark_tells_where_planes_do_not_fit(pull):
+    """Both torques, in their deviations, farther than 3 from nearly the mean: chi-square."""
+    torque = {n: fun.final(f"{n}.flange.tau") for n in ("t", "s")}
+    sign = np.sign(pull_value(pull, torque["t"]))
+    square = (torque["t"] - sign * 10.1) ** 2 + 4 * (torque["s"] - sign * 4.0) ** 2
+    over = {"t.tau": lp.normal(10.0, 1.0), "s.tau": lp.normal(4.0, 0.5)}
+    found = lp.reliability(pull, square, above=9.0, over=over, until=1.0)
+    (remark,) = [line for line in repr(found).splitlines() if "directions" in line]
+    told = float(remark.partition("probability ")[2].split()[0])
+    assert told == pytest.approx(scipy.stats.ncx2.sf(9.0, 2, 0.01), rel=0.3)
+    assert found.probability < 0.3 * told
+
+
+def pull_value(system, functional):
+    return lp.simulate(system, until=1.0).value(functional)
 
 
 def test_torques_that_follow_from_each_other(pull):
@@ -349,75 +358,3 @@ def test_what_has_no_derivative_names_the_method_that_needs_none():
 def test_a_damping_that_depends_on_nothing(torsion):
     with pytest.raises(OptionError, match="does not depend on a"):
         lp.reliability(torsion, fun.damping(0), above=0.1, over={"a.J": lp.normal(1.0, 0.1)})
-
-
-@pytest.fixture
-def press_ctrl_c(monkeypatch):
-    """Interrupt in the given chunk of runs, before it begins."""
-
-    def press(at):
-        run, calls = NativeRuns.run, []
-
-        def interrupted(self, values):
-            calls.append(len(values))
-            if len(calls) == at:
-                time.sleep(0.1)  # so that the main thread waits for this chunk
-                os.kill(os.getpid(), signal.SIGINT)
-                time.sleep(0.1)
-            return run(self, values)
-
-        monkeypatch.setattr(NativeRuns, "run", interrupted)
-
-    return press
-
-
-def test_samples_after_an_interrupt_are_not_counted(pull, press_ctrl_c):
-    beta = (24 - MEANS.sum()) / np.linalg.norm(STDS)
-    call = {"above": 12.0, "over": normals(), "until": 1.0, "workers": 1}
-    press_ctrl_c(4)
-    with pytest.raises(Interrupted, match="interrupted after") as caught:
-        lp.reliability(pull, fun.final("a.w"), search="importance", runs=100_000, **call)
-    known = caught.value.partial
-    print(caught.value, known)
-    assert known.evaluations < 100_000
-    assert known.sampled.failed == 0
-    assert known.interval[0] < norm.sf(beta) < known.interval[1]
-
-
-def test_levels_reached_before_an_interrupt_are_kept(pull, press_ctrl_c):
-    beta = (24 - MEANS.sum()) / np.linalg.norm(STDS)
-    call = {"above": 12.0, "over": normals(), "until": 1.0, "workers": 1}
-    press_ctrl_c(60)
-    with pytest.raises(Interrupted, match="interrupted after") as caught:
-        lp.reliability(pull, fun.final("a.w"), search="subset", runs=1000, **call)
-    *_, last = caught.value.partial
-    assert last.value < 12
-    exact = norm.sf((2 * last.value - MEANS.sum()) / np.linalg.norm(STDS))
-    assert norm.sf(beta) < last.probability == pytest.approx(exact, rel=0.5)
-
-
-@pytest.mark.parametrize("search", ["form", "sorm"])
-def test_a_search_that_is_interrupted_says_so(pull, monkeypatch, search):
-    def press(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Limit, "slopes", press)
-    call = {"above": 12.0, "over": normals(), "until": 1.0, "search": search}
-    with pytest.raises(Interrupted, match=r"above 12 rad/s: interrupted after 0 eval") as caught:
-        lp.reliability(pull, fun.final("a.w"), **call)
-    assert caught.value.partial is None
-
-
-def test_a_scatter_that_is_interrupted_holds_its_first_runs(pull, press_ctrl_c):
-    call = {"of": [fun.final("a.w")], "over": normals(), "until": 1.0, "workers": 1}
-    press_ctrl_c(4)
-    with pytest.raises(Interrupted, match=r"after \d+ of 50000 runs") as caught:
-        lp.scatter(pull, runs=50_000, **call)
-    known = caught.value.partial
-    assert 0 < len(known.values) < 50_000
-    assert not known.failures
-    assert known.values[:, 0] == pytest.approx(known.points.sum(axis=1) / 2, rel=1e-6)
-    press_ctrl_c(1)
-    with pytest.raises(Interrupted) as caught:
-        lp.scatter(pull, runs=500, **call)
-    assert caught.value.partial is None

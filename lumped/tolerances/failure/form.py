@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy
@@ -21,6 +19,17 @@ _TURNED = 0.1
 """Difference of two normals that is no kink yet."""
 _SAME = 0.05
 """Distance of two design points, relative to that from the median, below which they are one."""
+
+_SPHERE = 1e-3
+"""Difference of ``1 + beta kappa`` from 0 up to which a limit counts as a sphere."""
+_AT_MEDIAN = 1e-6
+"""Distance of a limit through the median."""
+_AROUND = 16
+"""Directions to both sides of which is looked for the limit where no search has met it."""
+_PARTS = 33
+"""Places on a line at which is looked for further crossings."""
+_BESIDE = (0.03, 0.06, 0.12, 0.25)
+"""And how far beside a crossing that was found."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +90,9 @@ def form(limit: Limit, begin: Real | None = None, searches: int = 4) -> tuple[De
         Where the first search begins in standard normal space, such as at the point of a similar
         design; default is the median.
     searches : int
-        Number of searches. The second begins opposite the point that the first has found, the
-        others at right angles to it, in pairs.
+        Number of searches. The second begins opposite the point that the first has found, two at
+        right angles to it, the others in pairs anywhere. Further ones begin where the limit is
+        crossed on the lines through what they find.
 
     Raises
     ------
@@ -106,15 +116,22 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
         if any(is_same(p.u, search.u) for p in points):
             continue
         point = _design_point(limit, search)
-        if point.bend > 0:
+        if point.bend > _SPHERE:
             points.append(point)
         else:
             saddle = limit.combination(point.u)
     if not points:
         raise SolverError(
-            f"{limit.head}: at {saddle} the limit bends around the median more than a sphere, so "
-            "combinations beside this one are more likely, and none was found. Take more searches, "
-            "or search='subset'."
+            f"{limit.head}: at {saddle} the limit bends around the median as a sphere or more, so "
+            "combinations beside this one are as likely or more, and none that is most likely was "
+            "found. Take more searches, or search='subset'."
+        )
+    if not any(is_entered(point.beta, limit.is_kept_by_median) for point in points):
+        state, other = ("kept", "exceeded")[:: 1 if limit.is_kept_by_median else -1]
+        raise SolverError(
+            f"{limit.head}: the limit is {state} at the median, and at "
+            f"{limit.combination(points[0].u)} a region ends in which it is {other}; where this "
+            "region begins was not found. Take more searches, or search='subset'."
         )
     return tuple(points)
 
@@ -130,58 +147,50 @@ def search_all(limit: Limit, begin: Real | None = None, searches: int = 4) -> li
     every = search_together(limit.slopes, [first])
     if searches > 1:
         every += search_together(limit.slopes, _others(every[0], searches - 1))
-    return every
+    return every + search_together(limit.slopes, _find_crossings(limit, every))
 
 
-def join_points(points: Sequence[DesignPoint], each: Sequence[float] | None = None) -> float:
-    """Probability that a limit is exceeded at one of its design points.
+def _find_crossings(limit: Limit, every: Sequence[Search]) -> list[Real]:
+    """Other crossings of the limit on the lines through the median and what was found.
 
-    That one of several half-spaces is met, by Ditlevsen's upper bound; with two it is exact.
-
-    Parameters
-    ----------
-    points : sequence of DesignPoint
-        All of them.
-    each : sequence of float, optional
-        Probability at each; default is that of a plane limit.
-
-    Notes
-    -----
-    O. Ditlevsen: Narrow reliability bounds for structural systems. Journal of Structural Mechanics
-    7 (1979) 453-472.
+    A band that is passed has a far side there, and one that ends at what was found a near side.
     """
-    sign = 1.0 if points[0].beta > 0 else -1.0
-    own = [point.probability for point in points] if each is None else each
-    rare = [p if sign > 0 else 1 - p for p in own]
-    beta = (-scipy.special.ndtri(rare)).tolist()
-    total = 0.0
-    for i, point in enumerate(points):
-        both = [_both(beta[i], beta[k], point.alpha @ points[k].alpha) for k in range(i)]
-        total += rare[i] - max(both, default=0.0)
-    return total if sign > 0 else 1.0 - total
+    known: list[Real] = []
+    begins: list[Real] = []
+    for search in every:
+        far = float(np.linalg.norm(search.u))
+        if not search.is_found or far < _AT_MEDIAN:
+            continue
+        along = search.u / far
+        if any(abs(along @ u) > (1 - _SAME**2) * np.linalg.norm(u) for u in known):
+            continue
+        known.append(search.u)
+        beside = far + np.outer((-1, 1), _BESIDE).ravel()
+        places = np.unique([*np.linspace(-FURTHEST, FURTHEST, _PARTS), *beside])
+        excess = limit.values(np.outer(places, along))
+        for k in np.flatnonzero(np.diff(excess > 0) & np.isfinite(np.diff(excess))):
+            share = excess[k] / (excess[k] - excess[k + 1])
+            u = (places[k] + share * (places[k + 1] - places[k])) * along
+            if not any(is_same(found.u, u) for found in every if found.is_found):
+                begins.append(u)
+    return begins
 
 
-def _both(a: float, b: float, correlation: Any) -> float:
-    """Probability that two standard normal variables exceed a and b."""
-    limit = math.asin(min(max(float(correlation), -1.0), 1.0))
-
-    def density(angle: float) -> float:  # of r = sin(angle), Plackett 1954
-        square = (a * a + b * b - 2 * a * b * math.sin(angle)) / math.cos(angle) ** 2
-        return math.exp(-square / 2) / (2 * math.pi)
-
-    alone = float(scipy.special.ndtr(-a) * scipy.special.ndtr(-b))
-    return max(alone + float(scipy.integrate.quad(density, 0.0, limit)[0]), 0.0)
+def is_entered(beta: float, is_kept: bool) -> bool:
+    """Whether the state of the median ends at a plane, going out; else it comes back there."""
+    return abs(beta) < _AT_MEDIAN or (beta > 0) == is_kept
 
 
 def _others(search: Search, count: int) -> list[Real]:
-    """Where further searches begin: opposite a point, and in pairs at right angles to it."""
+    """Where further searches begin: opposite a point, at right angles to it, and anywhere."""
     far = float(np.linalg.norm(search.u)) if search.is_found else 0.0
     along = search.u / far if far else np.zeros(len(search.u))
     begins = [-search.u] if far else []
     random = np.random.default_rng(0)
     while len(begins) < count:
         aside = random.standard_normal(len(along))
-        aside -= along * (along @ aside) * (len(along) > 1)
+        if len(along) > 1 and len(begins) < 3:
+            aside -= along * (along @ aside)
         aside *= max(far, 1.0) / float(np.linalg.norm(aside))
         begins += [aside, -aside]
     return begins[:count]
@@ -210,13 +219,27 @@ def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | Solver
             "no derivatives."
         )
     if not limit.is_crossed:
+        _look_around(limit, known)
+    if not limit.is_crossed:
         return limit.explain_unreached(f"within a distance of {FURTHEST:g}")
     for search in known:
-        _measure_bend(limit, search.u)
+        if search.is_on_surface:
+            _measure_bend(limit, search.u)
     return SolverError(
         f"{limit.head}: no design point was found in {sum(s.count for s in every)} evaluations. "
         "Take tighter rtol, or search='subset', which needs no design point."
     )
+
+
+def _look_around(limit: Limit, known: Sequence[Search]) -> None:
+    """Evaluate the limit beyond the ends of searches, which a kink may have stopped, and around."""
+    along = np.random.default_rng(0).standard_normal((_AROUND, limit.count))
+    ends = np.array([search.u for search in known if search.u.any()]).reshape(-1, limit.count)
+    beyond = [far * ends for far in (1.02, 1.1, 1.5)]
+    ring = along / np.linalg.norm(along, axis=1, keepdims=True)
+    radii = np.linspace(0, FURTHEST, 5)[1:]
+    points = np.concatenate([*beyond, *(sign * r * ring for r in radii for sign in (1, -1))])
+    limit.values(points[np.linalg.norm(points, axis=1) <= FURTHEST + _AT_MEDIAN])
 
 
 def _measure_bend(limit: Limit, u: Real) -> float:

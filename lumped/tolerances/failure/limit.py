@@ -180,9 +180,10 @@ class Limit:
         extreme = "greatest" if never == (self.sign > 0) else "least"
         met = "nowhere" if never else "everywhere"
         return SolverError(
-            f"{self.head} is met {met} {where}: the {extreme} value found is "
-            f"{self.amount(value)}, with {self.combination(u)}, at beta = {far:.3g} (probability "
-            f"{scipy.special.ndtr(-far):.2g}). Check the limit, its unit and the distributions."
+            f"{self.head} is met {met} in {self.evaluations} evaluations {where}: the {extreme} "
+            f"value found is {self.amount(value)}, with {self.combination(u)}, at beta = {far:.3g} "
+            f"(probability {scipy.special.ndtr(-far):.2g}). Check the limit, its unit and the "
+            "distributions."
         )
 
     def combination(self, u: Real) -> str:
