@@ -13,6 +13,7 @@ from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
+from lumped.orbits.settled import settle_at_start
 from lumped.orbits.shooting import Orbit, OrbitProblem, border_matrix
 from lumped.orbits.smooth_curves import Extreme, values_along
 from lumped.support.arguments import checked
@@ -112,7 +113,8 @@ def orbit_sensitivity(
     seed = np.zeros((len(run.theta), k + len(places)))
     seed[places, k + np.arange(len(places))] = scale
     forward = Forward(steps_of(system, ()), seed, problem.rtol)
-    begin = np.hstack([np.eye(n)[:, active], np.zeros((n, len(places)))])
+    settled = settle_at_start(run, seed[:, k:])
+    begin = np.hstack([settled[:, active], settled[:, n:]])
     courses, instants = forward.sensitivities(run, begin)
     last = run.pieces[-1]
     point = (last.x[-1], run.theta, T, last.settings[-1])

@@ -15,6 +15,7 @@ from lumped.flattening.hold_modes import PARTED
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damp_step
+from lumped.orbits.settled import settle_at_start
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.executable import evaluate_at
@@ -242,8 +243,10 @@ def _make_forward(
 
 def slopes_of(problem: OrbitProblem, shot: Shot, forward: Forward) -> np.ndarray:
     """Derivatives of the active states after a period, by them and by unknown parameters."""
-    S = np.eye(len(problem.system.structure.states))[:, problem.active]
-    S = np.hstack([S, np.zeros((len(S), forward.k - S.shape[1]))])
+    k = len(problem.active)
+    settled = settle_at_start(shot.run, forward.seed[:, k:])
+    n = len(settled)
+    S = np.hstack([settled[:, problem.active], settled[:, n:]])
     found: np.ndarray = forward.at_end(shot.run, S)[problem.active]
     return found
 
