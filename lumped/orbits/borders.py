@@ -12,8 +12,9 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.orbits.branch_equations import CLOSELY, BranchProblem, MissedError, Station
-from lumped.orbits.continuation import Ahead, Passed, Segment
+from lumped.orbits.continuation import Ahead, Passed
 from lumped.orbits.low_impacts import with_low_impacts, without_impact
+from lumped.orbits.segment import Segment
 from lumped.orbits.smooth_curves import (
     Curve,
     Extreme,

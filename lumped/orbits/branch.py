@@ -12,15 +12,21 @@ import scipy
 
 from lumped.compiler.structure import Name
 from lumped.errors import OptionError, SolverError
-from lumped.orbits.borders import border_at_end, border_between
+from lumped.orbits.borders import border_at_end
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, correct_motion
 from lumped.orbits.branch_result import Branch, BranchPoint
-from lumped.orbits.continuation import TESTS, Course, Passed, Segment, follow_branch
+from lumped.orbits.continuation import Course, Passed, follow_branch
 from lumped.orbits.orbit import PeriodicOrbit
+from lumped.orbits.passed_points import find_passed
 from lumped.orbits.periodic import GRID, result_of
+from lumped.orbits.segment import Segment
 from lumped.orbits.shooting import Guess, sizes
 from lumped.support.arguments import checked
 
+_OFF = 1e-4
+"""Distance from a branch point from which motions tell the direction of the branch."""
+_ALIKE = 0.02
+"""Part of its distance from a point by which a motion of another branch is beside the first."""
 _ASIDE = (1e-2, 3e-3, 3e-2, 1e-3)
 """Lengths to go aside to a branch that crosses, in turn."""
 
@@ -108,7 +114,7 @@ def both_ways(
     """The branch to both sides of a motion."""
     at_end = partial(border_at_end, problem)
     back, forth = (
-        follow_branch(problem, first, way, step, most, partial(_find_passed, problem), at_end)
+        follow_branch(problem, first, way, step, most, partial(find_passed, problem), at_end)
         for way in (-1, 1)
     )
     if forth.ended.startswith("the branch is closed"):
@@ -178,48 +184,24 @@ class _Motions:
         return replace(found, free={free: float(found.run.theta[problem.follows])})
 
     def turn_off(self, number: int, kind: str) -> Branch:
-        crossing = _double_period if kind == "period doubling" else _cross_branch
-        other, start = crossing(self.problem, self.stations[number])
+        station = self.stations[number]
+        if kind == "period doubling":
+            other, start = _double_period(self.problem, station)
+        else:
+            sides = self.stations[number - 1 :: -1], self.stations[number + 1 :]
+            around = [next((s for s in side if _lies_off(station, s)), station) for side in sides]
+            other = self.problem
+            start = _cross_branch(other, station, Segment(other, *around))
         return both_ways(other, start, along=self.along, step=self.step, most=self.most)
 
 
-def _find_passed(problem: BranchProblem, segment: Segment) -> list[Passed]:
-    """What is passed between two motions, in order."""
-    a, b = segment.a, segment.b
-    if a.events != b.events:
-        border, before, after = border_between(segment)
-        found = [border]
-        if before.events == a.events and _apart(a, before):
-            found = [*_find_passed(problem, Segment(problem, a, before)), *found]
-        if _apart(after, b):
-            rest = _find_passed(problem, Segment(problem, after, b))
-            found += [each for each in rest if not _is_same(each, border)]
-        return found
-    found = []
-    for kind, test in TESTS.items():
-        if test(segment.a) * test(segment.b) < 0:
-            station = segment.root(test)
-            if station is not None and (kind != "Neimark-Sacker" or _is_torus(station)):
-                found.append(Passed(kind, station))
-    return sorted(found, key=lambda each: float(a.tangent @ ((each.station.z - a.z) / a.scale)))
-
-
-def _apart(a: Station, b: Station) -> bool:
-    """Whether one motion is ahead of another."""
-    return bool(a.tangent @ ((b.z - a.z) / a.scale) > 1e-8)
-
-
-def _is_same(one: Passed, other: Passed) -> bool:
-    """Whether two borders are one, at which symmetric events appear."""
-    apart = np.linalg.norm((one.station.z - other.station.z) / one.station.scale)
-    return one.component == other.component and bool(apart < 1e-8)
-
-
-def _is_torus(station: Station) -> bool:
-    """Whether a pair of multipliers on the unit circle is not real."""
-    values = station.multipliers
-    nearest = values[np.argmin(np.abs(np.abs(values) - 1))]
-    return bool(abs(nearest.imag) > 1e-6)
+def _is_other(first: Segment, found: Station, apart: float) -> bool:
+    """Whether a motion so far from a branch point is not of the branch through it."""
+    a = first.a
+    place = float(a.tangent @ ((found.z - a.z) / a.scale))
+    beside = (found.z - a.z) / a.scale - first.cubic(place)
+    near = -first.length < place < 2 * first.length
+    return near and bool(np.linalg.norm(beside) > _ALIKE * apart)
 
 
 def _point(passed: Passed, number: int) -> BranchPoint:
@@ -329,8 +311,13 @@ def _double_period(problem: BranchProblem, station: Station) -> tuple[BranchProb
     return other, _aside(other, station, Guess(old.point, period, old.phase), aside)
 
 
-def _cross_branch(problem: BranchProblem, station: Station) -> tuple[BranchProblem, Station]:
-    """The same equations, and a motion on the other branch through a branch point.
+def _lies_off(station: Station, other: Station) -> bool:
+    """Whether a motion is so far from another that both tell a direction."""
+    return bool(np.linalg.norm((other.z - station.z) / station.scale) > _OFF)
+
+
+def _cross_branch(problem: BranchProblem, station: Station, first: Segment) -> Station:
+    """A motion on the other branch through a branch point of a segment of the first.
 
     The Jacobian has two directions without change there, one of them along the branch.
 
@@ -339,13 +326,18 @@ def _cross_branch(problem: BranchProblem, station: Station) -> tuple[BranchProbl
     SolverError
         If none is found.
     """
-    row = np.vstack([station.matrix, station.tangent])
-    aside = scipy.linalg.svd(row)[2][-1]
-    return problem, _aside(problem, station, station.guess, aside)
+    aside = scipy.linalg.svd(np.vstack([station.matrix, station.tangent]))[2][-1]
+    return _aside(problem, station, station.guess, aside, first)
 
 
-def _aside(problem: BranchProblem, station: Station, old: Guess, aside: np.ndarray) -> Station:
-    """A motion beside another, in a direction in unknowns over the scale."""
+def _aside(
+    problem: BranchProblem,
+    station: Station,
+    old: Guess,
+    aside: np.ndarray,
+    first: Segment | None = None,
+) -> Station:
+    """A motion beside another, in a direction in unknowns over the scale, and not of `first`."""
     aside = aside / np.linalg.norm(aside)
     z, scale = problem.unknowns(old), station.scale.copy()
     if problem.orbits.free and problem.follows is None:
@@ -358,9 +350,9 @@ def _aside(problem: BranchProblem, station: Station, old: Guess, aside: np.ndarr
         except MissedError as error:
             fault = str(error)
             continue
-        apart = (found.z - z) / scale
-        if abs(aside @ apart) > 0.5 * length:
+        if first is None or _is_other(first, found, float(np.linalg.norm((found.z - z) / scale))):
             return found
+        fault = "those found are of the branch itself"
     raise SolverError(
         f"{problem.orbits.system.name}: no motion was found on the branch that crosses there"
         f"{f' ({fault})' if fault else ''}.",

@@ -255,6 +255,24 @@ def correct_motion(
     raise MissedError("Newton's method does not converge")
 
 
+def take_motion(
+    problem: BranchProblem, guess: Guess, scale: np.ndarray, along: np.ndarray
+) -> Station:
+    """A motion as it is, and a direction of the branch that does not come from its equations.
+
+    Raises
+    ------
+    MissedError
+        If there is none.
+    """
+    try:
+        found = _station(problem, Shot(problem.orbits, guess), along, scale, 0)
+    except (SolverError, ParameterError) as error:
+        raise MissedError(str(error).partition(": ")[2] or str(error)) from None
+    tangent = along * scale / found.scale
+    return replace(found, tangent=tangent / np.linalg.norm(tangent))
+
+
 def in_phase(station: Station, z: np.ndarray) -> np.ndarray:
     """Unknowns near those of a motion, with its phase."""
     k = len(station.monodromy)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-import scipy
 
 from lumped.errors import ParameterError
 from lumped.flattening.hold_modes import PARTED
@@ -19,6 +18,7 @@ from lumped.orbits.branch_equations import (
     correct_motion,
     in_phase,
 )
+from lumped.orbits.segment import Segment
 from lumped.orbits.shooting import sizes
 from lumped.timeloop.plants.executable import evaluate_at
 
@@ -28,12 +28,16 @@ _NEAR = 1e-2
 """Part of the longest step, below which the reason is looked for why there is no motion."""
 _FURTHER = 2.0
 """Lengths of a segment up to which its cubic tells what is beyond."""
-_ASIDE = 0.1
-"""Part of the length of a segment by which its motions may be beside its cubic."""
+_BESIDE = 0.02
+"""Part of a step by which a motion may be beside where it was expected, or is of another branch."""
+_PARALLEL = 0.95
+"""Cosine of the angle of directions up to which a branch is said to come back."""
 _AT_BEGIN = 1e-2
 """Part of the period within which an event may pass its begin."""
 _ANGLE = 0.25
 """By which the direction may change from motion to motion, rad."""
+_RECENT = 5
+"""Motions at the end to which a branch does not come back."""
 _FEW, _MANY = 3, 5
 """Newton steps up to which the next step is longer, and above which it is shorter."""
 
@@ -79,110 +83,8 @@ class Course:
     ended: str
 
 
-class Segment:
-    """The branch between two motions, by the length along the tangent at the first.
-
-    Attributes
-    ----------
-    cubic : CubicHermiteSpline
-        Through both ends, in unknowns over the scale of the first, from there.
-    """
-
-    def __init__(self, problem: BranchProblem, a: Station, b: Station) -> None:
-        self.problem, self.a, self.b = problem, a, b
-        apart = (b.z - a.z) / a.scale
-        self.length = float(a.tangent @ apart)
-        if not self.length > 0:
-            raise MissedError("no motion is found ahead")
-        end = b.tangent * b.scale / a.scale
-        slopes = a.tangent, end / (a.tangent @ end)
-        self.cubic = scipy.interpolate.CubicHermiteSpline(
-            [0.0, self.length], [np.zeros(len(apart)), apart], slopes
-        )
-
-    def at(self, place: float) -> Station:
-        """The motion at a place from 0 to `length`."""
-        a = self.a
-        z = in_phase(a, a.z + a.scale * self.cubic(place))
-        guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        along, matrix = self.cubic(place, 1), a.matrix
-        if a.events == self.b.events:
-            matrix = a.matrix + place / self.length * self.change(a.scale)
-        return correct_motion(self.problem, guess, a.scale, a.tangent, matrix, along)
-
-    def change(self, scale: np.ndarray) -> np.ndarray:
-        """By how much the Jacobian changes from end to end, the row of the phase aside."""
-        found: np.ndarray = self.b.in_scale(scale) - self.a.in_scale(scale)
-        found[len(self.a.monodromy) :] = 0.0
-        return found
-
-    def with_value(self, value: float) -> Station:
-        """The motion at a value of the parameter between those of both ends."""
-        a = self.a
-
-        def missing(place: float) -> float:
-            return float(a.z[-1] + a.scale[-1] * self.cubic(place)[-1] - value)
-
-        place = scipy.optimize.brentq(missing, 0.0, self.length)
-        z = a.z + a.scale * self.cubic(place)
-        z[-1] = value
-        row = np.eye(len(z))[-1]
-        guess = self.problem.guess(z, a.guess, a.guess.point.settings)
-        matrix = a.matrix if a.events == self.b.events else None
-        found = correct_motion(self.problem, guess, a.scale, row, matrix, self.cubic(place, 1))
-        # at a border, motions between are those with more events
-        fewer = len(found.events) < max(len(a.events), len(self.b.events))
-        if fewer or np.linalg.norm((found.z - z) / a.scale) > _ASIDE * self.length:
-            raise MissedError("the motion found there is of another branch")
-        return found
-
-    def root(self, test: Callable[[Station], float]) -> Station | None:
-        """Where a test is zero that differs in sign at the ends; None if it jumps there."""
-        known: dict[float, Station] = {0.0: self.a, self.length: self.b}
-
-        def value(place: float) -> float:
-            if place not in known:
-                known[place] = self.at(place)
-            return test(known[place])
-
-        try:
-            place = scipy.optimize.brentq(value, 0.0, self.length, xtol=1e-10, rtol=1e-13)
-        except MissedError:
-            return None
-        found = known[place] if place in known else self.at(place)
-        ends = min(abs(test(self.a)), abs(test(self.b)))
-        return found if abs(test(found)) < 1e-3 * ends or ends == 0 else None
-
-
-def _fold(station: Station) -> float:
-    return float(station.tangent[-1])
-
-
-def _doubling(station: Station) -> float:
-    k = len(station.monodromy)
-    return float(np.linalg.det(station.monodromy + np.eye(k)))
-
-
-def _torus(station: Station) -> float:
-    values = station.multipliers
-    one, other = np.triu_indices(len(values), 1)
-    return float(np.prod(values[one] * values[other] - 1).real)
-
-
-def _crossing(station: Station) -> float:
-    return float(np.linalg.det(np.vstack([station.matrix, station.tangent])))
-
-
 Ahead = Callable[[Station, Segment | None, float], Station]
 """Gives the motion so far ahead of another, after the segment before it if that is known."""
-
-TESTS = {
-    "fold": _fold,
-    "branch point": _crossing,
-    "period doubling": _doubling,
-    "Neimark-Sacker": _torus,
-}
-"""Functions of a motion that pass zero there."""
 
 
 def follow_branch(
@@ -219,8 +121,10 @@ def follow_branch(
         bound = None
         try:
             segment = Segment(problem, last, _ahead(problem, last, before, step))
-            turned = _measure_turn(segment)
-            if turned > 2 * _ANGLE and segment.b.events == last.events and step > 100 * _LEAST:
+            turned, now = _measure_turn(segment), segment.b
+            beside = np.linalg.norm((now.z - _expect(last, before, step)[0]) / last.scale) / step
+            far = turned > 2 * _ANGLE or beside > _BESIDE
+            if far and now.events == last.events and step > 100 * _LEAST:
                 step = 0.5 * step
                 continue
             bound = problem.find_bound(segment.b.value)
@@ -263,8 +167,10 @@ def follow_branch(
         course.stations.append(now)
         if bound is not None:
             return replace(course, ended=problem.explain_end(bound))
-        if len(course.stations) > 5 and _is_back(first, segment):
-            return replace(course, ended="the branch is closed")
+        back = _find_back(course.stations[:-_RECENT], segment)
+        if back is not None:
+            again = "is closed" if back == 0 else "comes back to motions that it has passed"
+            return replace(course, ended=f"the branch {again}")
         last, before = now, segment if now.events == last.events else None
         count = now.orbit.iterations
         change = 0.7 if count > _MANY else 1.4 if count <= _FEW else 1.0
@@ -272,14 +178,20 @@ def follow_branch(
     return replace(course, ended=f"{most} motions were found; more with most=")
 
 
-def _ahead(problem: BranchProblem, last: Station, before: Segment | None, step: float) -> Station:
-    """The motion so far ahead, guessed along the tangent or on the cubic of the segment before."""
+def _expect(last: Station, before: Segment | None, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Unknowns so far ahead, on the tangent or the cubic of the segment before; the Jacobian."""
     z, matrix = last.z + step * last.scale * last.tangent, last.matrix
     if before is not None and step < _FURTHER * before.length:
         a = before.a
         place = before.length + step * float(a.tangent @ (last.tangent * last.scale / a.scale))
         z = in_phase(last, a.z + a.scale * before.cubic(place))
         matrix = matrix + step / before.length * before.change(last.scale)
+    return z, matrix
+
+
+def _ahead(problem: BranchProblem, last: Station, before: Segment | None, step: float) -> Station:
+    """The motion so far ahead."""
+    z, matrix = _expect(last, before, step)
     try:
         guess = problem.guess(z, last.guess, last.guess.point.settings)
     except ParameterError as error:
@@ -348,10 +260,15 @@ def _measure_turn(segment: Segment) -> float:
     return float(np.arccos(np.clip(a.tangent @ end / np.linalg.norm(end), -1, 1)))
 
 
-def _is_back(first: Station, segment: Segment) -> bool:
-    """Whether a segment passes the first motion again."""
-    a, b = segment.a, segment.b
-    from_a, from_b = ((first.z - s.z) / a.scale for s in (a, b))
-    passes = (a.tangent @ from_a) * (a.tangent @ from_b) < 0
-    near = np.linalg.norm(from_a - (a.tangent @ from_a) * a.tangent)
-    return bool(passes and near < 0.1 * segment.length)
+def _find_back(stations: list[Station], segment: Segment) -> int | None:
+    """Number of the motion that a segment passes again, in the same direction or against it."""
+    a, slack = segment.a, 0.1 * segment.length
+    for i, first in enumerate(stations):
+        from_a, from_b = ((first.z - s.z) / a.scale for s in (a, segment.b))
+        along = a.tangent @ from_a
+        if along > -slack and a.tangent @ from_b < slack:
+            way = first.tangent * first.scale / a.scale
+            parallel = abs(a.tangent @ way) > _PARALLEL * np.linalg.norm(way)
+            if parallel and np.linalg.norm(from_a - along * a.tangent) < slack:
+                return i
+    return None
