@@ -34,7 +34,8 @@ class BranchPoint:
     ----------
     kind : str
         "fold", "branch point", "period doubling", "Neimark-Sacker", or a border: "grazing",
-        "opening", "sticking", "slipping", "switching".
+        "opening", "sticking", "slipping", "switching"; "change of stability" where a point is
+        passed that was not located.
     value : float
         The parameter there.
     period : float

@@ -39,7 +39,7 @@ _ANGLE = 0.25
 _RECENT = 5
 """Motions at the end to which a branch does not come back."""
 _FEW, _MANY = 3, 5
-"""Newton steps up to which the next step is longer, and above which it is shorter."""
+"""Newton steps up to which the next step is longer, and above which this one is shorter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ def follow_branch(
             segment = Segment(problem, last, _ahead(problem, last, before, step))
             turned, now = _measure_turn(segment), segment.b
             beside = np.linalg.norm((now.z - _expect(last, before, step)[0]) / last.scale) / step
-            far = turned > 2 * _ANGLE or beside > _BESIDE
+            far = turned > 2 * _ANGLE or beside > _BESIDE or now.orbit.iterations > _MANY
             if far and now.events == last.events and step > 100 * _LEAST:
                 step = 0.5 * step
                 continue
@@ -269,6 +269,6 @@ def _find_back(stations: list[Station], segment: Segment) -> int | None:
         if along > -slack and a.tangent @ from_b < slack:
             way = first.tangent * first.scale / a.scale
             parallel = abs(a.tangent @ way) > _PARALLEL * np.linalg.norm(way)
-            if parallel and np.linalg.norm(from_a - along * a.tangent) < slack:
+            if parallel and np.linalg.norm(from_a - segment.cubic(along)) < slack:
                 return i
     return None
