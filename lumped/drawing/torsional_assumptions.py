@@ -101,6 +101,7 @@ def _response(response: OrderResponse, speed: Shown) -> Iterator[str]:
             f"A damping ratio of {response.damping_ratio:g} was added to every elastic mode, "
             "beside the dampers of the data."
         )
+    yield from (f"{note[0].upper()}{note[1:]}." for note in response.notes)
 
 
 def _means(response: OrderResponse) -> str:

@@ -84,6 +84,7 @@ def _verdict(study: Study) -> str:
         if found.barred:
             ranges = "; ".join(each.format_range(study.speed) for each in found.barred)
             lines.append(prose(f"Speeds to bar, {caption or 'response'}: {ranges}."))
+        lines += [prose(f"{caption or 'response'}: {note}.") for note in found.notes]
     return "\n".join(lines)
 
 

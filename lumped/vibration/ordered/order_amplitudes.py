@@ -57,6 +57,11 @@ class OrderAmplitudes(ByName, RichHtml):
         return self.values[:, :, self._place(of)]
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What it knows of its own accuracy, which all that is made of it tells."""
+        return ()
+
+    @property
     def rpm(self) -> Real:
         """Speeds in turns for each minute, shape (k,)."""
         return self.speeds * 30 / np.pi
@@ -154,9 +159,8 @@ class OrderAmplitudes(ByName, RichHtml):
             drawn[of] = to_show.unit, curves
         left = len(self.orders) - most
         note = f"{left} smaller: choose with most=" if left > 0 else ""
-        picture = order_response_picture(
-            self.system.name, self.speeds, drawn, speed_unit(choice), note
-        )
+        title = "; ".join([self.system.name, *self.notes])
+        picture = order_response_picture(title, self.speeds, drawn, speed_unit(choice), note)
         return draw(picture, **canvas)
 
     def _names(self) -> tuple[str, ...]:

@@ -21,6 +21,12 @@ from lumped.timeloop.results.validity import ranges
 from lumped.vibration.ordered.linearity import Linearity, linearity, refuse_vibration_outside
 from lumped.vibration.ordered.mean_power import mean_power
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
+from lumped.vibration.ordered.order_excitations import (
+    Amplitude,
+    Given,
+    find_excitations,
+    move_excitations,
+)
 from lumped.vibration.ordered.order_solution import (
     Excitations,
     OrderEquations,
@@ -36,9 +42,6 @@ from lumped.vibration.rotating.small_vibrations import (
     amplitude_laws,
     small_vibrations,
 )
-
-Amplitude = complex | ArrayLike | Callable[[Real], ArrayLike]
-"""Amplitude at all speeds, at each of them, or a function of the speeds, rad/s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +73,7 @@ class OrderResponse(OrderAmplitudes):
     law_amplitudes: dict[str, Real]
     unsettled: float
     _states: Complex
+    _given: Given
 
     @property
     def small(self) -> SmallVibrations:
@@ -92,6 +96,12 @@ class OrderResponse(OrderAmplitudes):
         if self.damping_ratio:
             return None
         return linearity(self.small, self.solution_at, self.speeds, self.orders, self.values)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Where the linearisation does not hold."""
+        note = "" if self.linearity is None else self.linearity.note
+        return (note,) if note else ()
 
     @cached_property
     def _inputs(self) -> Complex:
@@ -131,7 +141,20 @@ class OrderResponse(OrderAmplitudes):
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""
         steady = self.turning(self.speeds, parameters, at)
-        wanted = self.orders, self.excitations, self.damping_ratio
+        wanted = self.orders, self.excitations, self.damping_ratio, self._given
+        return _respond(self.system, tuple(self.excitations), self.of, steady, *wanted)
+
+    def at_speeds(self, speeds: Real) -> OrderResponse:
+        """The same at other speeds, ascending, between its own.
+
+        Operating points, and amplitudes that were given as numbers at each speed, lie on lines.
+        """
+        steady = self.rotation
+        is_fixed = steady.is_given and len(steady.points) > 1
+        steady = steady.on_lines(speeds) if is_fixed else self.turning(speeds)
+        given = move_excitations(self._given, self.excitations, self.speeds, speeds)
+        moved = find_excitations(self.system, given, speeds)
+        wanted = self.orders, moved, self.damping_ratio, self._given
         return _respond(self.system, tuple(self.excitations), self.of, steady, *wanted)
 
     @checked
@@ -175,8 +198,7 @@ class OrderResponse(OrderAmplitudes):
             f"{low:g} to {high:g} {speed.unit}; residual {self.residual:.1e}"
             f"{settled}{situation(self.rotation.points[0])}"
         )
-        note = "" if self.linearity is None else self.linearity.note
-        return "\n".join([head, self.largest_orders(), *([note] if note else [])])
+        return "\n".join([head, self.largest_orders(), *self.notes])
 
 
 @checked
@@ -267,7 +289,8 @@ def order_response(
             "order_response: speeds must be ascending and above zero, rad/s: at standstill no "
             "order has a frequency."
         )
-    wanted = _excitations(system, excitations or {}, grid)
+    given = {system.key(name): own for name, own in (excitations or {}).items()}
+    wanted = find_excitations(system, given, grid)
     if not wanted and shaft is None:
         raise OptionError(
             "order_response: nothing excites; name the angle of the shaft whose torques excite, "
@@ -283,7 +306,7 @@ def order_response(
     refuse_rates(system, inputs)
     found = find_rotation("order_response", system, shaft, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
-    response = _respond(found.system, inputs, outputs, found, chosen, wanted, damping_ratio)
+    response = _respond(found.system, inputs, outputs, found, chosen, wanted, damping_ratio, given)
     if orders is not None:
         _refuse_still(response)
     return response
@@ -297,6 +320,7 @@ def _respond(
     orders: Real,
     wanted: Excitations,
     damping_ratio: float,
+    given: Given,
 ) -> OrderResponse:
     """The vibration about a steady rotation."""
     watched, laws = tuple(held.formula for held in ranges(system)), amplitude_laws(system)
@@ -324,6 +348,7 @@ def _respond(
         dict(zip(laws.names, at.T, strict=True)),
         unsettled,
         solved.x,
+        given,
     )
 
 
@@ -335,41 +360,6 @@ def _refuse_still(response: OrderResponse) -> None:
             f"{response.system.name}: order {order:g} excites nothing; leave it out, or give its "
             "excitation."
         )
-
-
-def _excitations(
-    system: System, given: Mapping[Name, Mapping[float, Amplitude]], speeds: Real
-) -> Excitations:
-    """Amplitudes of inputs, by their names and orders, each at all speeds."""
-    found: Excitations = {}
-    for name, harmonics in given.items():
-        key = system.key(name)
-        if not isinstance(harmonics, Mapping) or not harmonics:
-            raise OptionError(
-                f"order_response: excitation {key}: amplitudes by orders are needed, such as "
-                "{2: 100.0}."
-            )
-        found[key] = {}
-        for order, amplitude in harmonics.items():
-            if not (np.isfinite(order) and order > 0):
-                raise OptionError(
-                    f"order_response: excitation {key}: order {order!r} must be positive."
-                )
-            value = amplitude(speeds) if callable(amplitude) else amplitude
-            try:
-                own = np.broadcast_to(np.asarray(value, dtype=complex), speeds.shape)
-            except (TypeError, ValueError):
-                raise OptionError(
-                    f"order_response: excitation {key}, order {order:g}: one amplitude, or one for "
-                    f"each of the {len(speeds)} speeds is needed."
-                ) from None
-            if not np.isfinite(own).all():
-                raise OptionError(
-                    f"order_response: excitation {key}, order {order:g}: an amplitude is not "
-                    "finite."
-                )
-            found[key][float(order)] = own
-    return found
 
 
 def _orders(orders: Iterable[float] | None, wanted: Excitations, steady: Rotation) -> Real:

@@ -85,6 +85,17 @@ class Rotation:
             points=points,
         )
 
+    def on_lines(self, speeds: Real) -> Rotation:
+        """The rotation at other speeds: states and parameters on lines between its own."""
+        own = np.clip(np.searchsorted(self.speeds, speeds, "right") - 1, 0, len(self.speeds) - 1)
+        x, theta = (
+            np.array([np.interp(speeds, self.speeds, column) for column in part.T])
+            .reshape(part.shape[1], len(speeds))
+            .T
+            for part in (self.x, self.theta)
+        )
+        return replace(self.part(own), speeds=speeds, x=x, theta=theta)
+
     @property
     def turns_matter(self) -> bool:
         """Whether anything depends on the angle."""

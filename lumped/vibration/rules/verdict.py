@@ -73,9 +73,12 @@ class Verdict(RichHtml):
     ----------
     results : tuple of Result
         By utilisation, the largest first.
+    notes : tuple of str
+        What it does not cover, and what is known of the accuracy of what is judged.
     """
 
     results: tuple[Result, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -105,7 +108,7 @@ class Verdict(RichHtml):
         """
         shares = [(f"{r.name}: {r.quantity} ({r.measure})", r.utilisation) for r in self.results]
         kept = sum(result.passed for result in self.results)
-        title = f"{kept} of {len(shares)} limits kept"
+        title = "; ".join([f"{kept} of {len(shares)} limits kept", *self.notes])
         return draw(utilisation(title, shares), **canvas)
 
     def __repr__(self) -> str:
@@ -132,7 +135,7 @@ class Verdict(RichHtml):
         text = f"{head}\n" + table(columns, rows)
         if self.barred:
             text += "\nbarred: " + "; ".join(str(each) for each in self.barred)
-        return text
+        return "\n".join([text, *self.notes])
 
 
 @checked
@@ -166,7 +169,8 @@ def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit | Condit
         _check_bound(found, each) if isinstance(each, Condition) else _result(found, each)
         for each in every
     ]
-    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
+    notes = found.notes if isinstance(found, OrderAmplitudes) else ()
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), notes)
 
 
 def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
@@ -307,17 +311,19 @@ def separation(
         )
     if not 0 < margin < 1:
         raise OptionError(f"separation: margin = {margin:g} must be between 0 and 1.")
+    every = critical.critical if isinstance(critical, Campbell) else tuple(critical)
+    searched = [each.searched for each in every]
     if isinstance(critical, Campbell):
-        first, last = critical.speeds[0], critical.speeds[-1]
+        searched.append((float(critical.speeds[0]), float(critical.speeds[-1])))
+    for first, last in searched:
         if first > low * (1 - margin) or last < high * (1 + margin):
             raise OptionError(
                 f"separation: the diagram reaches from {first:g} to {last:g} rad/s; speeds from "
                 f"{low:g} to {high:g} rad/s with a margin of {margin:g} need critical speeds from "
                 f"{low * (1 - margin):g} to {high * (1 + margin):g}. Make the diagram over these."
             )
-        critical = critical.critical
     results = []
-    for each in critical:
+    for each in every:
         distance = max(low - each.speed, each.speed - high, 0.0)
         share = distance / (low if each.speed < low else high)
         ends = BarredRange(each.speed / (1 + margin), each.speed / (1 - margin))

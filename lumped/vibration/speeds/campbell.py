@@ -47,6 +47,8 @@ class CriticalSpeed:
         Natural frequency there, Hz.
     label : str
         What excites; empty if the order was given without a label.
+    searched : tuple of float
+        First and last speed between which it was looked for, rad/s.
     """
 
     speed: float
@@ -54,6 +56,7 @@ class CriticalSpeed:
     mode: int
     hertz: float
     label: str = ""
+    searched: tuple[float, float] = (0.0, np.inf)
 
     @property
     def rpm(self) -> float:
@@ -317,7 +320,7 @@ def diagram(system: System, grid: Real, wanted: Labelled, hertz_at: HertzOverSpe
     def gap(speed: float, order: float, mode: int) -> float:
         return float(hertz_at(speed)[mode] - order * speed / (2 * np.pi))
 
-    found = []
+    found, searched = [], (float(grid[0]), float(grid[-1]))
     for label, order in wanted:
         side = np.sign(hertz - order * grid[:, None] / (2 * np.pi))
         places = [(float(grid[k]), mode) for k, mode in np.argwhere(side == 0).tolist()]
@@ -327,7 +330,7 @@ def diagram(system: System, grid: Real, wanted: Labelled, hertz_at: HertzOverSpe
             places.append((float(root), mode))
         for speed, mode in places:
             met = float(hertz_at(speed)[mode])
-            found.append(CriticalSpeed(speed, order, mode, met, label))
+            found.append(CriticalSpeed(speed, order, mode, met, label, searched))
     found.sort(key=lambda c: c.speed)
     missed = [abs(c.order * c.speed / (2 * np.pi) / c.hertz - 1) for c in found]
     worst = float(max(missed, default=0.0))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from rows import assemble_row, assemble_rows
 
 import lumped as lp
@@ -39,6 +40,12 @@ def test_what_a_cubic_spring_leaves_out_is_its_first_harmonic():
     assert (found.of, found.order) == ("disc.phi", 1.0)
     assert f"wrong by about {wanted[k]:.0%}" in repr(response)
     assert found.states == ("spring.phi_rel",)
+    told = f"order 1 of disc.phi is wrong by about {wanted[k]:.0%}"
+    verdict = lp.vibration.verdict(response, [lp.vibration.Limit("disc.phi", 1.0)])
+    assert told in repr(verdict)
+    for made in (verdict, response):
+        figure = made.plot(backend="matplotlib")
+        assert told in " ".join(each.get_text() for each in figure.findobj(Text)).replace("\n", " ")
 
 
 def test_what_is_small_or_linear_is_not_told():

@@ -100,6 +100,8 @@ def test_a_diagram_must_reach_as_far_as_the_operation_and_its_margin():
     for between in ((55.0, 58.0), (1.05, 2.0)):
         with pytest.raises(OptionError, match="reaches from 1 to 60 rad/s"):
             lp.vibration.separation(diagram, between=between, margin=0.1)
+        with pytest.raises(OptionError, match="reaches from 1 to 60 rad/s"):
+            lp.vibration.separation(diagram.critical[1:], between=between, margin=0.1)
     assert lp.vibration.separation(diagram, between=(40.0, 44.0), margin=0.1).passed
 
 
