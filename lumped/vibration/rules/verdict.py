@@ -8,13 +8,13 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from lumped.errors import OptionError
+from lumped.errors import OptionError, SolverError
 from lumped.functionals import Condition, mean, peak
 from lumped.functionals.functional import refuse_other
 from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import utilisation
 from lumped.support.arguments import checked
-from lumped.support.arrays import Real
+from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import Units, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -23,6 +23,10 @@ from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Limit, Measure
 from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed
+from lumped.vibration.speeds.order_peaks import OrderPeaks, find_order_peaks
+
+_FOUND = 1e-6
+"""Relative error of a maximum from which on a note is due."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +146,10 @@ class Verdict(RichHtml):
 def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit | Condition]) -> Verdict:
     """Whether vibrations keep limits, how far these are used, and where.
 
+    Order responses are judged over the range of their speeds, at these and at all maxima between
+    them. Vibrations of other kinds are judged at the speeds that were computed. What a verdict does
+    not cover, and what is known of the accuracy of what it judges, stands in its `notes`.
+
     Parameters
     ----------
     found : OrderResponse, OrbitRange or Trajectory
@@ -165,17 +173,18 @@ def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit | Condit
     every = tuple(limits)
     if not every:
         raise OptionError("verdict: name at least one limit.")
+    notes = dict.fromkeys(found.notes if isinstance(found, OrderAmplitudes) else ())
     results = [
-        _check_bound(found, each) if isinstance(each, Condition) else _result(found, each)
+        _check_bound(found, each) if isinstance(each, Condition) else _result(found, each, notes)
         for each in every
     ]
-    notes = found.notes if isinstance(found, OrderAmplitudes) else ()
-    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), notes)
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), tuple(notes))
 
 
-def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
+def _result(found: OrderAmplitudes | Trajectory, limit: Limit, notes: dict[str, None]) -> Result:
     key = found.system.key(limit.quantity)
     unit = found.system.quantity(key).unit
+    beyond: Iterable[tuple[float, float]] = ()
     if isinstance(found, Trajectory):
         speeds, values = np.array([np.nan]), np.array([_of_run(found, key, limit.measure)])
         if callable(limit.permitted) or (
@@ -184,23 +193,11 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
             raise OptionError(
                 f"limit '{limit.name}' of {key} depends on the speed; a run needs one value."
             )
+        permitted = limit.at(speeds, unit)
     else:
-        ascending = np.argsort(found.speeds)
-        speeds, values = (
-            found.speeds[ascending],
-            measure_quantity(found, key, limit.measure)[ascending],
-        )
-        inside = np.isin(speeds, limit.holding(speeds))
-        if limit.speeds is not None and not inside.any():
-            raise OptionError(
-                f"limit '{limit.name}' of {key} holds from {limit.speeds[0]:g} to "
-                f"{limit.speeds[1]:g} rad/s, where no speed was computed."
-            )
-        speeds, values = speeds[inside], values[inside]
-    permitted = limit.at(speeds, unit)
+        speeds, values, permitted, beyond = _judge_speeds(found, key, limit, notes)
     used = values / permitted
     k = int(used.argmax())
-    beyond = () if isinstance(found, Trajectory) else _beyond(speeds, used)
     return Result(
         limit.name,
         key,
@@ -214,8 +211,71 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
         float(permitted[k]),
         float(used[k]),
         float(speeds[k]),
-        beyond,
+        tuple(BarredRange(*ends) for ends in beyond),
     )
+
+
+def _judge_speeds(
+    found: OrderAmplitudes, key: str, limit: Limit, notes: dict[str, None]
+) -> tuple[Real, Real, Real, Iterable[tuple[float, float]]]:
+    """Speeds, a measure there, what is permitted, and ends of the ranges that exceed it."""
+    ascending = np.argsort(found.speeds)
+    speeds, shown = found.speeds[ascending], speed_unit()
+    begin, end = limit.speeds or (speeds[0], speeds[-1])
+    low, high = float(max(begin, speeds[0])), float(min(end, speeds[-1]))
+    computed, unit = limit.holding(speeds), found.system.quantity(key).unit
+    if low > high or not (len(computed) or isinstance(found, OrderResponse)):
+        raise OptionError(
+            f"limit '{limit.name}' of {key} holds from {begin:g} to {end:g} rad/s, where no speed "
+            "was computed."
+        )
+    if (begin, end) != (low, high):
+        notes[
+            f"limit '{limit.name}' of {key} is judged from {shown.value(low):.6g} to "
+            f"{shown.value(high):.6g} {shown.unit} only"
+        ] = None
+    if isinstance(found, OrderResponse):
+        try:
+            peaks = _find_peaks(found, key, limit, (low, high))
+        except SolverError as error:
+            why = f"between the {len(speeds)} speeds of the response nothing is judged: {error}"
+            notes[why.rstrip(".")] = None
+        else:
+            if peaks.missed > _FOUND:
+                notes[
+                    f"{limit.measure} of {key} between the speeds of the response is known to "
+                    f"{peaks.missed:.0e} only"
+                ] = None
+            permitted = limit.at(peaks.speeds, unit)
+            return peaks.speeds, peaks.sizes * permitted, permitted, peaks.stretches
+    elif len(computed) > 1:
+        notes[f"judged at the {len(computed)} speeds that were computed, not between these"] = None
+    values = measure_quantity(found, key, limit.measure)[ascending][np.isin(speeds, computed)]
+    permitted = limit.at(computed, unit)
+    return computed, values, permitted, _beyond(computed, values / permitted)
+
+
+def _find_peaks(
+    found: OrderResponse, key: str, limit: Limit, between: tuple[float, float]
+) -> OrderPeaks:
+    """How far a limit is used over speeds."""
+    is_power, unit = limit.measure == "mean power", found.system.quantity(key).unit
+
+    def signals(response: OrderResponse) -> Complex:
+        if is_power:
+            return measure_quantity(response, key, limit.measure)[:, None].astype(complex)
+        return np.column_stack([response[key], response.mean(key)])
+
+    def sizes(speeds: Real, values: Complex) -> Real:
+        own = values[:, 0].real
+        if not is_power:
+            whole = values[:, :-1, None], values[:, -1:].real
+            part = OrderAmplitudes(found.system, speeds, found.orders, (key,), *whole)
+            own = measure_quantity(part, key, limit.measure)
+        used: Real = own / limit.at(speeds, unit)
+        return used
+
+    return find_order_peaks(found, signals, sizes, between)
 
 
 def _check_bound(found: OrderAmplitudes | Trajectory, condition: Condition) -> Result:
@@ -255,7 +315,7 @@ def measure_quantity(found: OrderAmplitudes, key: str, measure: Measure) -> Real
     return both.measure(measure)
 
 
-def _beyond(speeds: Real, used: Real) -> tuple[BarredRange, ...]:
+def _beyond(speeds: Real, used: Real) -> list[tuple[float, float]]:
     """Ranges of speeds in which a limit is exceeded; ends by lines between the speeds."""
     above = np.concatenate([[False], used > 1, [False]])
     edges = np.flatnonzero(above[1:] != above[:-1]).tolist()
@@ -266,8 +326,8 @@ def _beyond(speeds: Real, used: Real) -> tuple[BarredRange, ...]:
             begin = np.interp(1.0, used[first - 1 : first + 1], speeds[first - 1 : first + 1])
         if after < len(speeds):
             end = np.interp(1.0, used[[after, after - 1]], speeds[[after, after - 1]])
-        found.append(BarredRange(float(begin), float(end)))
-    return tuple(found)
+        found.append((float(begin), float(end)))
+    return found
 
 
 @checked

@@ -56,10 +56,11 @@ def test_a_verdict_tells_utilisation_place_and_barred_range():
         ],
     )
     coupling, shaft = found.results
-    assert coupling.utilisation == pytest.approx(torque.max() / 200e3, rel=1e-8)
-    assert coupling.speed == table["n_rpm"][torque.argmax()] * RPM
+    assert coupling.utilisation == pytest.approx(torque.max() / 200e3, rel=1e-7)
+    assert coupling.utilisation > torque.max() / 200e3
+    assert abs(coupling.speed / RPM - table["n_rpm"][torque.argmax()]) < 0.2
     assert shaft.utilisation == pytest.approx(
-        (torque / (1e6 + 1e6 * table["n_rpm"] * RPM / 20)).max(), rel=1e-8
+        (torque / (1e6 + 1e6 * table["n_rpm"] * RPM / 20)).max(), rel=1e-4
     )
     assert (coupling.passed, shaft.passed, found.passed) == (False, True, False)
     above = table["n_rpm"][torque > 200e3]
