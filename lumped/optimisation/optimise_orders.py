@@ -17,10 +17,11 @@ from lumped.optimisation.search import Row
 from lumped.optimisation.spectral_search import SpectralSearch, Spectrum
 from lumped.support.arrays import Boolean, Real
 from lumped.vibration.ordered.order_response import OrderResponse
-from lumped.vibration.ordered.order_sensitivity import slope_of
+from lumped.vibration.ordered.order_sensitivity import sizes_of, slope_of
 from lumped.vibration.speeds.mean_campbell import speeds_that_show
 from lumped.vibration.speeds.mean_spectrum import MeanSpectrum
 from lumped.vibration.speeds.order_designs import OrderDesigns
+from lumped.vibration.speeds.order_peaks import OrderPeaks, find_crests
 
 Spectra = Callable[[Real, Real], Sequence[MeanSpectrum]]
 """Spectra of a design, by its unknowns, at speeds, rad/s."""
@@ -31,6 +32,12 @@ _WIDEST = 0.95
 """Largest separation."""
 _OVER = 1e-9
 """Share by which a limit may be exceeded at a speed that the search does not know."""
+_LARGE = 0.3
+"""Share of the largest maximum from which on others are watched from the start."""
+_BESIDE = 0.99
+"""Share of the largest maximum that is reached on its side."""
+_SAME = 1e-7
+"""Relative distance from a speed that is watched within which a maximum is the same."""
 
 
 class OrderSearch(SpectralSearch):
@@ -48,13 +55,13 @@ class OrderSearch(SpectralSearch):
         self.spectra: tuple[bytes, dict[float, MeanSpectrum]] = b"", {}
         self.modes: int | None = None
         self.designs: set[bytes] = set()
-        self.slopes: dict[tuple[OrderPeak, int], np.ndarray] = {}
+        self.slopes: dict[tuple[OrderPeak, float], np.ndarray] = {}
+        self.curves: dict[OrderPeak, OrderPeaks] = {}
         self.begin()
         self.peaks = [reading for reading in self.alone if isinstance(reading, OrderPeak)]
-        self.inside = {key: self.again.inside(key) for key in self.peaks}
-        sizes = {key: self._sizes(key, self.box[:, 0]) for key in self.peaks}
-        self.watched = {key: _crests(sizes[key]) for key in self.peaks}
-        self.size = {key: float(sizes[key].max()) for key in self.peaks}
+        self.watched = {key: self._crests(key, self.box[:, 0], _LARGE) for key in self.peaks}
+        self.size = {key: self._largest(key, self.box[:, 0]) for key in self.peaks}
+        self._watch()
         for key in self.peaks:
             self._check_peak(key)
             if Functional.of(key) in self.weights:
@@ -114,9 +121,24 @@ class OrderSearch(SpectralSearch):
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
             found = self.again.response(self.values_at(u))
-            self.last, self.slopes = (u.tobytes(), found), {}
+            self.last, self.curves = (u.tobytes(), found), {}
             self._count(u)
         return self.last[1]
+
+    def _watch(self) -> None:
+        """Compute designs at the speeds that are watched."""
+        speeds = sorted({speed for own in self.watched.values() for speed in own})
+        self.there: tuple[bytes, OrderResponse] | None = None
+        if speeds:
+            self.few = OrderDesigns(self.first.at_speeds(np.array(speeds)), "optimise")
+
+    def _response_watched(self, w: np.ndarray) -> OrderResponse:
+        u = w[: len(self.names)]
+        if self.there is None or self.there[0] != u.tobytes():
+            found = self.few.response(self.values_at(u))
+            self.there, self.slopes = (u.tobytes(), found), {}
+            self._count(u)
+        return self.there[1]
 
     def _count(self, u: np.ndarray) -> None:
         self.designs.add(u.tobytes())
@@ -161,7 +183,7 @@ class OrderSearch(SpectralSearch):
         if key in self.unknown or not isinstance(key, OrderPeak | Separation):
             return super().of_reading(key, w)
         if isinstance(key, OrderPeak):
-            value = float(self._sizes(key, w).max())
+            value = self._largest(key, w)
         else:
             value = self.again.nearest(key, self.result(w))[0]
         return value, np.zeros(len(w))
@@ -197,50 +219,78 @@ class OrderSearch(SpectralSearch):
 
     def _below(self, key: OrderPeak, w: np.ndarray, limit: float, slope: np.ndarray) -> list[Row]:
         """How far a vibration stays below a limit, which has a gradient, at the speeds watched."""
-        sizes, found = self._sizes(key, w), []
-        unit, n = self.first.system.quantity(key.name).unit, len(self.names)
-        for k in self.watched[key]:
-            own = slope.copy()
-            own[:n] -= self._slope(key, w, k) * self.scale
-            rpm = self.first.rpm[self.inside[key][k]]
+        response, found = self._response_watched(w), []
+        unit, n = response.system.quantity(key.name).unit, len(self.names)
+        sizes = sizes_of(response, response.system.key(key.name), key.measure)
+        for speed in self.watched[key]:
+            own, k = slope.copy(), response.number_of(speed, "optimise")
+            own[:n] -= self._slope(key, response, k) * self.scale
+            rpm = response.rpm[k]
             text = f"{key} at {rpm:.6g} 1/min = {sizes[k]:.6g} {unit}, at most {limit:.6g}"
             found.append(((limit - sizes[k]) / self.size[key], own / self.size[key], text))
         return found
 
-    def _sizes(self, key: OrderPeak, w: np.ndarray) -> np.ndarray:
-        """What a peak is the largest of."""
-        return self.again.sizes(key, self.result(w))
+    def _slope(self, key: OrderPeak, response: OrderResponse, k: int) -> np.ndarray:
+        """Derivatives at one of the speeds watched by what varies."""
+        place = key, float(response.speeds[k])
+        if place not in self.slopes:
+            of = self.system.key(key.name)
+            self.slopes[place] = slope_of(response, of, k, key.measure)[self.places]
+        return self.slopes[place]
 
-    def _slope(self, key: OrderPeak, w: np.ndarray, k: int) -> np.ndarray:
-        """Derivatives at one of these speeds by what varies."""
-        found = self.result(w)
-        if (key, k) not in self.slopes:
-            place = int(self.inside[key][k])
-            by = slope_of(found, self.system.key(key.name), place, key.measure)[self.places]
-            self.slopes[key, k] = by
-        return self.slopes[key, k]
+    def _curve(self, key: OrderPeak, w: np.ndarray) -> OrderPeaks:
+        """What a peak is the largest of, over the speed."""
+        response = self.result(w)
+        if key not in self.curves:
+            self.curves[key] = self.again.curve(key, response)
+        return self.curves[key]
+
+    def _largest(self, key: OrderPeak, w: np.ndarray) -> float:
+        return float(self._curve(key, w).sizes.max())
+
+    def _crests(self, key: OrderPeak, w: np.ndarray, share: float) -> list[float]:
+        """Speeds of maxima above a share of the largest."""
+        curve = self._curve(key, w)
+        crests = find_crests(curve.sizes)
+        high = curve.sizes[crests] > share * curve.sizes.max()
+        found: list[float] = curve.speeds[crests[high]].tolist()
+        return found
+
+    def _watch_crest(self, key: OrderPeak, w: np.ndarray, speed: float) -> bool:
+        """Watch a maximum instead of a speed on its side; whether that is new.
+
+        Two speeds of one maximum hold it by rows that are nearly the same.
+        """
+        watched, curve, response = self.watched[key], self._curve(key, w), self._response_watched(w)
+        sizes = sizes_of(response, response.system.key(key.name), key.measure)
+        place = int(np.abs(np.array(watched) - speed).argmin())
+        own = watched[place]
+        if abs(own - speed) <= _SAME * speed:
+            return False
+        low, high = sorted((own, speed))
+        size = sizes[response.number_of(own, "optimise")]
+        between = curve.sizes[(curve.speeds > low) & (curve.speeds < high)]
+        if size > _BESIDE * curve.sizes.max() and between.min(initial=np.inf) >= size:
+            watched[place] = speed
+        else:
+            watched.append(speed)
+        return True
 
     def extend(self, w: np.ndarray) -> bool:
         """Watch the speeds, too, at which a design exceeds limits; whether there are any."""
         more = False
         for key in self.peaks:
-            sizes = self._sizes(key, w)
+            most = self._largest(key, w)
             limits = [self.bounds_of(key)[1]]
             limits += [self.of_reading(key, w)[0]] if key in self.unknown else []
-            beyond = [k for k in _crests(sizes) if sizes[k] > min(limits) * (1 + _OVER)]
-            new = [k for k in beyond if k not in self.watched[key]]
-            self.watched[key] += new
-            more = more or bool(new)
+            beyond = min(limits) * (1 + _OVER)
+            for speed in self._crests(key, w, beyond / most) if most > beyond else []:
+                more = self._watch_crest(key, w, speed) or more
+        if more:
+            self._watch()
         for wanted, apart in self.apart.items():
             more = apart.extend(w, self._asked(wanted, w)[0]) or more
         return more
-
-
-def _crests(sizes: np.ndarray) -> list[int]:
-    """Where a curve is at least as high as on both sides."""
-    high = np.concatenate([[-np.inf], sizes, [-np.inf]])
-    inner = high[1:-1]
-    return np.flatnonzero((inner >= high[:-2]) & (inner >= high[2:])).tolist()
 
 
 class Apart:

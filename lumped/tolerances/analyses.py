@@ -63,7 +63,7 @@ class OfOrders(OfReadings):
         self._own = begin.system.places(names)
         for reading in self._readings:
             if isinstance(reading, OrderPeak):
-                self._designs.inside(reading)
+                self._designs.range_of(reading)
 
     def _read_alone(self, row: Real, with_slopes: bool) -> tuple[Real, Real]:
         values = dict(zip(self._names, row.tolist(), strict=True))
@@ -75,13 +75,11 @@ class OfOrders(OfReadings):
     def _value(self, wanted: Reading, found: OrderResponse, with_slope: bool) -> tuple[float, Real]:
         none = np.zeros(len(self._names))
         if isinstance(wanted, OrderPeak):
-            sizes = self._designs.sizes(wanted, found)
-            most = int(sizes.argmax())
+            value, top = self._designs.top(wanted, found)
             if not with_slope:
-                return float(sizes[most]), none
-            place = int(self._designs.inside(wanted)[most])
-            by = slope_of(found, self._system.key(wanted.name), place, wanted.measure)
-            return float(sizes[most]), by[self._own]
+                return value, none
+            by = slope_of(top, self._system.key(wanted.name), 0, wanted.measure)
+            return value, by[self._own]
         if isinstance(wanted, Separation):
             away, critical = self._designs.nearest(wanted, found)
             if not with_slope or critical is None or not away:

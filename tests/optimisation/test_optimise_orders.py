@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+import scipy
 from differences import slope
-from rows import assemble_rows
+from rows import assemble_rows, in_a_row
 
 import lumped as lp
 from lumped import functionals as fun
@@ -226,3 +227,79 @@ def test_damping_that_no_parameter_has_is_refused(drive):
     given = response_of(drive, at=lambda w: at)
     with pytest.raises(OptionError, match="do not follow the parameters"):
         lp.optimise(given, vary=VARY, minimise=PEAK)
+
+
+def test_a_peak_between_the_speeds_keeps_its_limit(chain):
+    """45 speeds show 856 N.m of a torque that reaches 11 469 N.m; so the optimum by numpy."""
+    response = chain(np.linspace(40, 150, 45))
+    peak = fun.order_peak("k.tau", measure=2)
+    found = lp.optimise(
+        response, vary={"k.d": (0.1, 20.0)}, minimise="k.d", subject_to=peak <= 2000.0
+    )
+    wanted = scipy.optimize.brentq(lambda d: most_of_chain(d) - 2000, 5, 20, xtol=1e-12)
+    assert found.parameters["k.d"] == pytest.approx(wanted, rel=1e-7)
+    with pytest.raises(OptimisationError, match="at most 900"):  # 20 leave 1 098 N.m
+        lp.optimise(response, vary={"k.d": (0.1, 20.0)}, minimise="k.d", subject_to=peak <= 900.0)
+    # the less damping, the larger the peak
+    over, above = {"k.d": lp.normal(0.5, 0.01)}, most_of_chain(0.49)
+    found = lp.reliability(response, peak, above=above, over=over)
+    assert found.probability == pytest.approx(scipy.stats.norm.cdf(-1), rel=1e-6)
+
+
+def test_a_resonance_that_moves_is_followed(chain):
+    """The stiffness is raised until the second mode leaves the range; its flank is the limit."""
+    response = chain(np.linspace(40, 80, 7))
+    peak = fun.order_peak("k.tau", measure=2)
+    found = lp.optimise(
+        response,
+        vary={"k.c": (2e4, 9e4), "k.d": (0.1, 20.0)},
+        minimise={"k.d": 1.0, "k.c": 1e-4},
+        subject_to=peak <= 2000.0,
+    )
+    values = found.parameters
+    assert most_of_chain(values["k.d"], values["k.c"], 40, 80) == pytest.approx(2000, rel=1e-6)
+
+
+@pytest.fixture
+def chain():
+    """Three inertias, the first of which is excited twice a turn."""
+    model = in_a_row(
+        t=Torque(tau=0.0),
+        a=Inertia(J=2.0),
+        k=SpringDamper(c=3e4, d=0.5),
+        b=Inertia(J=1.0),
+        k2=SpringDamper(c=2e4, d=0.5),
+        c=Inertia(J=3.0),
+        ld=Torque(tau=0.0),
+    )
+
+    def respond(speeds):
+        return lp.vibration.order_response(
+            lp.assemble(model),
+            speeds=speeds,
+            of=["k.tau"],
+            shaft="a.phi",
+            free="ld.tau",
+            excitations={"t.tau": {2: 50.0}},
+        )
+
+    return respond
+
+
+def most_of_chain(d, c=3e4, low=40, high=150):
+    """The largest torque of its first shaft by numpy."""
+
+    def torque(speeds):
+        w = 2 * np.ravel(speeds)
+        k, q = c + 1j * w * d, 2e4 + 0.5j * w
+        none = np.zeros_like(k)
+        rows = [[k, -k, none], [-k, k + q, -q], [none, -q, q]]
+        stiff = np.moveaxis(np.array(rows), 2, 0) - w[:, None, None] ** 2 * np.diag([2.0, 1, 3])
+        x = np.linalg.solve(stiff, np.tile([[50.0], [0], [0]], (len(w), 1, 1)))[..., 0]
+        return np.abs(k * (x[:, 1] - x[:, 0]))
+
+    speeds = np.linspace(low, high, 40001)
+    top = int(torque(speeds).argmax())
+    ends = speeds[max(top - 1, 0)], speeds[min(top + 1, 40000)]
+    found = scipy.optimize.minimize_scalar(lambda n: -torque(n)[0], bounds=ends)
+    return max(-found.fun, *torque(np.array(ends)))

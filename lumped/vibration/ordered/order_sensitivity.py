@@ -17,6 +17,7 @@ from lumped.support.by_name import ByName, find_place
 from lumped.support.display_units import display, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
+from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.order_solution import OrderSolution, synthesis_of
 from lumped.vibration.ordered.synthesis import Synthesis
@@ -172,7 +173,7 @@ def refuse_ratio(response: OrderResponse, caller: str) -> None:
         )
 
 
-def sizes_of(response: OrderResponse, of: str, measure: OrderMeasure) -> Real:
+def sizes_of(response: OrderAmplitudes, of: str, measure: OrderMeasure) -> Real:
     """The measure at each speed."""
     if isinstance(measure, str):
         return response.synthesis(of).measure(measure)

@@ -8,12 +8,15 @@ import numpy as np
 
 from lumped.errors import OptionError
 from lumped.functionals.readings import OrderPeak, Separation
+from lumped.support.arrays import Complex, Real
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.vibration.natural.mode_designs import equilibrium_again
+from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.order_sensitivity import refuse_ratio, sizes_of
 from lumped.vibration.speeds.campbell import CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell
+from lumped.vibration.speeds.order_peaks import OrderPeaks, find_order_peaks
 
 
 class OrderDesigns:
@@ -66,19 +69,31 @@ class OrderDesigns:
         """Vibration of a design."""
         return self.first.again(values, self.at(values))
 
-    def inside(self, key: OrderPeak) -> np.ndarray:
-        """Which speeds of the response count for a peak."""
+    def range_of(self, key: OrderPeak) -> tuple[float, float]:
+        """First and last speed of the response that count for a peak."""
         speeds = self.first.speeds
         low, high = key.speeds or (speeds[0], speeds[-1])
-        found = np.flatnonzero((speeds >= low) & (speeds <= high))
-        if not len(found):
+        low, high = float(max(low, speeds[0])), float(min(high, speeds[-1]))
+        if low > high:
             raise OptionError(f"{self.analysis}: {key}: no speed between these was computed.")
-        return found
+        return low, high
 
-    def sizes(self, key: OrderPeak, response: OrderResponse) -> np.ndarray:
-        """What a peak is the largest of."""
-        found: np.ndarray = sizes_of(response, key.name, key.measure)[self.inside(key)]
-        return found
+    def curve(self, key: OrderPeak, response: OrderResponse) -> OrderPeaks:
+        """What a peak is the largest of, with all its maxima over the speed."""
+        of = response.system.key(key.name)
+
+        def sizes(speeds: Real, values: Complex) -> Real:
+            shape = values[:, :, None], np.zeros((len(speeds), 1))
+            part = OrderAmplitudes(response.system, speeds, response.orders, (of,), *shape)
+            return sizes_of(part, of, key.measure)
+
+        return find_order_peaks(response, lambda found: found[of], sizes, self.range_of(key))
+
+    def top(self, key: OrderPeak, response: OrderResponse) -> tuple[float, OrderResponse]:
+        """A peak, and the response at its speed alone."""
+        curve = self.curve(key, response)
+        most = int(curve.sizes.argmax())
+        return float(curve.sizes[most]), response.at_speeds(curve.speeds[[most]])
 
     def nearest(
         self, key: Separation, response: OrderResponse

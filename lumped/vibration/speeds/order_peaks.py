@@ -32,6 +32,8 @@ _NEAR = 0.8
 _AGREE = 1e-8
 """Relative difference of a maximum from that of the polynomials."""
 _ROUNDS, _HALVINGS = 6, 50
+_STEP, _ROUNDING = 1e-3, 1e-13
+"""Of slopes, as a share of the width of a neighbourhood, and of sizes."""
 _TOGETHER = 400
 """Speeds that are computed at once."""
 
@@ -154,7 +156,7 @@ class _Curve:
         low, high = low[wide], high[wide]
         if not len(low) or not most:
             return 0.0
-        approximate, lines = self._approximate(low, high), np.arange(len(low))
+        approximate, lines, width = self._approximate(low, high), np.arange(len(low)), high - low
         for _ in range(_ZOOMS):
             speeds = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _POINTS)
             sizes = approximate(speeds)
@@ -162,6 +164,7 @@ class _Curve:
             best, told = speeds[lines, top], sizes[lines, top]
             low = speeds[lines, np.maximum(top - 1, 0)]
             high = speeds[lines, np.minimum(top + 1, _POINTS - 1)]
+        best, told = _polish(approximate, best, told, _STEP * width)
         return float(np.abs(self.add(best) - told).max() / most)
 
     def find_stretches(self) -> tuple[tuple[float, float], ...]:
@@ -180,6 +183,24 @@ class _Curve:
             ends |= dict(zip(inner.tolist(), high.tolist(), strict=True))
         pairs = edges.reshape(-1, 2).tolist()
         return tuple((ends[begin], ends[end]) for begin, end in pairs)
+
+
+def _polish(
+    approximate: Callable[[Real], Real], best: Real, told: Real, step: Real
+) -> tuple[Real, Real]:
+    """Where a slope vanishes beside the largest of samples, and the size there.
+
+    Samples tell the place to the root of rounding only; where a maximum is a kink, they tell more.
+    """
+    low, high = best - step, best + step
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        beside = approximate(middle[:, None] + step[:, None] * np.array([-2, -1, 1, 2]))
+        rises = beside @ np.array([1.0, -8.0, 8.0, -1.0]) > 0
+        low, high = np.where(rises, middle, low), np.where(rises, high, middle)
+    sizes = approximate(middle[:, None])[:, 0]
+    better = (sizes >= told * (1 - _ROUNDING)) & (np.abs(middle - best) < 0.99 * step)
+    return np.where(better, middle, best), np.where(better, sizes, told)
 
 
 def _cut(response: OrderResponse, speeds: Real) -> Real:
