@@ -260,6 +260,17 @@ def test_a_resonance_that_moves_is_followed(chain):
     assert most_of_chain(values["k.d"], values["k.c"], 40, 80) == pytest.approx(2000, rel=1e-6)
 
 
+def test_a_critical_speed_beside_the_speeds_of_the_response_counts(chain):
+    """It lies 3 % above the last of them, the first critical speed farther below."""
+    K = np.array([[3e4, -3e4, 0], [-3e4, 5e4, -2e4], [0, -2e4, 2e4]])
+    squares = np.linalg.eigvals(np.linalg.solve(np.diag([2.0, 1, 3]), K)).real
+    last = np.sqrt(squares.max()) / 2 / 1.03
+    over = {"k.d": lp.normal(0.5, 0.01)}
+    apart = fun.separation([2], between=(60.0, last))
+    found = lp.scatter(chain(np.linspace(60, last, 5)), over=over, of=apart, runs=5)[str(apart)]
+    assert found.mean == pytest.approx(0.03, rel=1e-3)
+
+
 @pytest.fixture
 def chain():
     """Three inertias, the first of which is excited twice a turn."""

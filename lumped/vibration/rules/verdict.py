@@ -147,7 +147,8 @@ def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit | Condit
     """Whether vibrations keep limits, how far these are used, and where.
 
     Order responses are judged over the range of their speeds, at these and at all maxima between
-    them. Vibrations of other kinds are judged at the speeds that were computed. What a verdict does
+    them; operating points and amplitudes that were given at each speed lie on lines between these.
+    Vibrations of other kinds are judged at the speeds that were computed. What a verdict does
     not cover, and what is known of the accuracy of what it judges, stands in its `notes`.
 
     Parameters

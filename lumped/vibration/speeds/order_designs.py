@@ -18,6 +18,9 @@ from lumped.vibration.speeds.campbell import CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell
 from lumped.vibration.speeds.order_peaks import OrderPeaks, find_order_peaks
 
+_FARTHER = (0.2, 0.9)
+"""Shares of the speeds of operation up to which critical speeds are looked for beside these."""
+
 
 class OrderDesigns:
     """Order responses of one system for other parameters.
@@ -98,16 +101,22 @@ class OrderDesigns:
     def nearest(
         self, key: Separation, response: OrderResponse
     ) -> tuple[float, CriticalSpeed | None]:
-        """Separation, and the critical speed that is nearest; infinite where there is none."""
+        """Separation, and the critical speed that is nearest; infinite where there is none.
+
+        Looked for farther and farther from the speeds of operation.
+        """
         low, high = key.between
         speeds = self.first.speeds
-        critical = mean_campbell(
-            response,
-            orders=key.orders,
-            between=(min(low, float(speeds[0])), max(high, float(speeds[-1]))),
-        ).critical
-        # distance from the speeds of operation, relative to the nearest of these
-        away = [max(1 - c.speed / low, c.speed / high - 1, 0.0) for c in critical]
+        for share in _FARTHER:
+            between = (
+                min(low * (1 - share), float(speeds[0])),
+                max(high * (1 + share), float(speeds[-1])),
+            )
+            critical = mean_campbell(response, orders=key.orders, between=between).critical
+            # distance from the speeds of operation, relative to the nearest of these
+            away = [max(1 - c.speed / low, c.speed / high - 1, 0.0) for c in critical]
+            if min(away, default=np.inf) <= share:
+                break
         if not away:
             return np.inf, None
         least = int(np.argmin(away))

@@ -135,3 +135,12 @@ def test_a_verdict_does_not_depend_on_the_speeds_that_were_computed(seed):
             inner = [end for end in ends if LOW < end < HIGH]
             size = line.sum if result.measure == "sum" else line.half_range
             assert size(inner) == pytest.approx(result.permitted, rel=1e-7)
+
+
+def test_a_verdict_tells_what_it_does_not_cover():
+    line = Line(0)
+    response = line.respond(line.assemble(), 12)
+    key = f"shaft[{line.own}].tau"
+    (note,) = lp.vibration.verdict(response, [Limit(key, 1e9, speeds=(LOW / 2, HIGH))]).notes
+    low, high = 30 * LOW / np.pi, 30 * HIGH / np.pi
+    assert note == f"limit 'limit' of {key} is judged from {low:.6g} to {high:.6g} 1/min only"
