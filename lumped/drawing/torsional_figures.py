@@ -15,7 +15,7 @@ from lumped.plots.matplotlib_figure import plain_text
 from lumped.support.display_units import Units, display, time_unit
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.rules.limits import Measure
-from lumped.vibration.rules.verdict import measure_quantity
+from lumped.vibration.rules.measures import measure_quantity
 
 Real = np.ndarray
 Style = tuple[str, str | tuple[int, tuple[int, ...]], float]

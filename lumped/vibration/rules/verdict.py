@@ -14,7 +14,7 @@ from lumped.functionals.functional import refuse_other
 from lumped.plots.draw import Canvas, draw
 from lumped.plots.numbers import utilisation
 from lumped.support.arguments import checked
-from lumped.support.arrays import Complex, Real
+from lumped.support.arrays import Real
 from lumped.support.display_units import Units, speed_unit
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
@@ -22,8 +22,8 @@ from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Limit, Measure
+from lumped.vibration.rules.measures import find_peaks_of_use, measure_quantity
 from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed
-from lumped.vibration.speeds.order_peaks import OrderPeaks, find_order_peaks
 
 _FOUND = 1e-6
 """Relative error of a maximum from which on a note is due."""
@@ -237,7 +237,7 @@ def _judge_speeds(
         ] = None
     if isinstance(found, OrderResponse):
         try:
-            peaks = _find_peaks(found, key, limit, (low, high))
+            peaks = find_peaks_of_use(found, key, limit, (low, high))
         except SolverError as error:
             why = f"between the {len(speeds)} speeds of the response nothing is judged: {error}"
             notes[why.rstrip(".")] = None
@@ -254,29 +254,6 @@ def _judge_speeds(
     values = measure_quantity(found, key, limit.measure)[ascending][np.isin(speeds, computed)]
     permitted = limit.at(computed, unit)
     return computed, values, permitted, _beyond(computed, values / permitted)
-
-
-def _find_peaks(
-    found: OrderResponse, key: str, limit: Limit, between: tuple[float, float]
-) -> OrderPeaks:
-    """How far a limit is used over speeds."""
-    is_power, unit = limit.measure == "mean power", found.system.quantity(key).unit
-
-    def signals(response: OrderResponse) -> Complex:
-        if is_power:
-            return measure_quantity(response, key, limit.measure)[:, None].astype(complex)
-        return np.column_stack([response[key], response.mean(key)])
-
-    def sizes(speeds: Real, values: Complex) -> Real:
-        own = values[:, 0].real
-        if not is_power:
-            whole = values[:, :-1, None], values[:, -1:].real
-            part = OrderAmplitudes(found.system, speeds, found.orders, (key,), *whole)
-            own = measure_quantity(part, key, limit.measure)
-        used: Real = own / limit.at(speeds, unit)
-        return used
-
-    return find_order_peaks(found, signals, sizes, between)
 
 
 def _check_bound(found: OrderAmplitudes | Trajectory, condition: Condition) -> Result:
@@ -299,21 +276,6 @@ def _check_bound(found: OrderAmplitudes | Trajectory, condition: Condition) -> R
 def _of_run(found: Trajectory, key: str, measure: Measure) -> float:
     """Largest size of a quantity, or its mean, over the run."""
     return found.value(mean(key) if measure == "mean power" else peak(key))
-
-
-def measure_quantity(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
-    """A measure of a quantity at each speed, see `Limit`."""
-    if measure == "mean power":
-        if not isinstance(found, OrderResponse):
-            raise OptionError(f"limit of {key}: mean powers follow from order responses only.")
-        power: Real = found.mean_power(key).sum(axis=1)
-        return power
-    both = found.synthesis(key)
-    if measure == "with mean":
-        (_, high), (_, low) = both.extremes
-        mean = found.mean(key)
-        return np.maximum(np.abs(mean + high), np.abs(mean + low))
-    return both.measure(measure)
 
 
 def _beyond(speeds: Real, used: Real) -> list[tuple[float, float]]:
