@@ -21,8 +21,10 @@ _APART = 0.15
 """Least distance of designs from which searches begin, over the diagonal of the bounds."""
 
 
-def first_designs(search: DesignSearch, count: int, plan: RunPlan) -> np.ndarray:
-    """Scaled designs between bounds whose runs are best, or miss their constraints least.
+def first_designs(search: DesignSearch, count: int, plan: RunPlan | None) -> np.ndarray:
+    """Scaled designs between bounds, of a system those whose runs are best.
+
+    If no run keeps all constraints, those that miss them least.
 
     Parameters
     ----------
@@ -30,8 +32,8 @@ def first_designs(search: DesignSearch, count: int, plan: RunPlan) -> np.ndarray
         What varies, what is made small and what holds.
     count : int
         How many designs.
-    plan : RunPlan
-        Options of the runs.
+    plan : RunPlan, optional
+        Options of the runs of a system.
 
     Returns
     -------
@@ -47,10 +49,15 @@ def first_designs(search: DesignSearch, count: int, plan: RunPlan) -> np.ndarray
         If the run of every design fails.
     """
     system, names, weights = search.system, search.names, search.weights
-    low, high = search.box[:, 1] * search.scale, search.box[:, 2] * search.scale
+    _, low, high = (search.box[: len(names)] * search.scale[:, None]).T
     points = draw_designs("optimise", names, low, high, count)[: _TRIED * count]
+    if plan is None:
+        spread: np.ndarray = apart(points, low, high, count) / search.scale
+        return spread
     of = list(dict.fromkeys(k for k in (*weights, *search.bounds) if not isinstance(k, str)))
-    values, failures = run_designs("optimise", system, names, points, of, plan)
+    values, failures = run_designs(
+        "optimise", system, names, points, of, plan.at(max(plan.rtol, 1e-6))
+    )
     if len(failures) == len(points) and np.isnan(values).all():
         raise SolverError(f"optimise: all {len(points)} runs fail. Run 0: {failures[0]}", None)
     results = dict(zip(of, values.T, strict=True))

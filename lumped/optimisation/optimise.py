@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Unpack, cast
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any, Unpack, cast
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
-from lumped.errors import OptionError
+from lumped.errors import LumpedError, OptionError
 from lumped.functionals import Condition, Functional
 from lumped.optimisation.design import Bounds, Objective, Optimum, Task, task_of
 from lumped.optimisation.design_problem import DesignProblem
 from lumped.optimisation.discretisation import of_orbit, repeating
+from lumped.optimisation.first_designs import first_designs
 from lumped.optimisation.optimise_orders import OrderSearch
-from lumped.optimisation.optimise_runs import best_runs
+from lumped.optimisation.optimise_runs import RunSearch
+from lumped.optimisation.search import DesignSearch
 from lumped.optimisation.spectral_search import ModeSearch
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.support.arguments import checked
@@ -98,9 +102,10 @@ def optimise(
         For a system, as for `gradient`. `rtol` is tighter than elsewhere: near the optimum a
         search compares runs that hardly differ.
     searches : int
-        For a system: number of searches. The first begins with `parameters`, the others at the
-        best of 128 designs each between the bounds, run by `ensemble` and far from each other.
-        The best result counts; ``others`` has the rest, so local minima show.
+        For a system, modes and an order response: number of searches. The first begins with the
+        parameters of `run`, the others between the bounds, far from each other; of a system at the
+        best of 128 designs each, run by `ensemble`. The best result counts; ``others`` has the
+        rest, so local minima show.
     **options : RunOptions
         For a system: of each run (see `RunOptions`); the search begins with `parameters`.
 
@@ -134,10 +139,10 @@ def optimise(
             "Begin it with other parameters instead."
         )
     plan = plan_of(run, "optimise", until, rtol, options)
-    if searches < 1 or (searches > 1 and not isinstance(run, System)):
+    if searches < 1 or (searches > 1 and not isinstance(run, Scattered)):
         raise OptionError(
             f"optimise: searches = {searches}: at least one search is needed, and several for a "
-            "system only."
+            "system, modes or an order response only."
         )
     if isinstance(run, Scattered):
         return best(run, task, plan, searches)
@@ -160,9 +165,30 @@ def optimise(
 
 def best(what: Scattered, task: Task, plan: RunPlan | None, searches: int = 1) -> Optimum:
     """The part of `optimise` for what is found anew for each design."""
+    begin: Callable[[Task], DesignSearch]
     if isinstance(what, Modes):
-        return ModeSearch(what, task).find_best()
-    if isinstance(what, OrderResponse):
-        return OrderSearch(what, task).find_best()
-    assert plan is not None
-    return best_runs(what, task, plan, searches)
+        begin = partial(ModeSearch, what)
+    elif isinstance(what, OrderResponse):
+        begin = partial(OrderSearch, what)
+    else:
+        assert plan is not None
+        plan = plan.by_steps("optimise", are_followed=True)
+        begin = partial(RunSearch, what, plan=plan)
+    first: DesignSearch = begin(task)
+    designs = first_designs(first, searches - 1, plan) if searches > 1 else ()
+    found, faults = list[tuple[DesignSearch, Any]](), list[LumpedError]()
+    for own in (None, *designs):
+        try:
+            search = first
+            if own is not None:
+                search = begin(replace(task, begin=first.design(own)))
+            found.append((search, search.confirm()))
+        except LumpedError as fault:
+            faults.append(fault)
+    if not found:
+        raise faults[0]
+    found.sort(key=lambda each: float(each[1][0].objective))
+    (search, solution), *rest = found
+    others = tuple((other.objective, each.design(other.w)) for each, (other, *_) in rest)
+    start = dict(zip(first.names, first.start.tolist(), strict=True))
+    return replace(search.optimum(*solution), start=start, others=others)

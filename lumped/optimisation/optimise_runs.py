@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.errors import LumpedError
 from lumped.functionals import Functional
 from lumped.gradients.gradient import Gradient, gradient_of
-from lumped.optimisation.design import Optimum, Task
-from lumped.optimisation.first_designs import first_designs
+from lumped.optimisation.design import Task
 from lumped.optimisation.search import DesignSearch
 from lumped.points.start import run_start
 from lumped.simulation.simulate import recorder, run_on
@@ -63,25 +59,3 @@ class RunSearch(DesignSearch):
         slope = np.zeros(len(w))
         slope[: len(self.names)] = found.derivatives[row] * self.scale
         return float(found.values[row]), slope
-
-
-def best_runs(system: System, task: Task, plan: RunPlan, searches: int) -> Optimum:
-    """The part of `optimise` for whole runs."""
-    plan = plan.by_steps("optimise", are_followed=True)
-    search = RunSearch(system, task, plan)
-    begins = [search.box[:, 0].copy()]
-    if searches > 1:
-        loose = plan.at(max(plan.rtol, 1e-6))
-        begins += [*first_designs(search, searches - 1, loose)]
-    found = []
-    for begin in begins:
-        search.box[:, 0] = begin
-        try:
-            found.append(search.confirm())
-        except LumpedError:
-            if begin is begins[-1] and not found:
-                raise
-    found.sort(key=lambda each: each[0].objective)
-    best = search.optimum(*found[0])
-    others = tuple((other.objective, search.design(other.w)) for other, *_ in found[1:])
-    return replace(best, others=others)

@@ -225,10 +225,6 @@ class DesignSearch:
             "not confirmed",
         )
 
-    def find_best(self) -> Optimum:
-        """The best design, confirmed."""
-        return self.optimum(*self.confirm())
-
     def _shift_beta(self, check: CheckedProbability) -> bool:
         """Shift beta if samples do not agree; whether its bound is passed now, or is too tight."""
         if check.sampled is None or check.sampled.interval is None:

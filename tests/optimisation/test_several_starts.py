@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
+from lumped.components import Inertia, SpringDamper, Torque
 from lumped.errors import OptionError
 
 fun = lp.functionals
@@ -79,5 +80,41 @@ def test_several_starts_need_bounds_and_a_system(system):
     with pytest.raises(OptionError, match="searches = 0"):
         lp.optimise(system, vary={"p": (-2, 2)}, **options, searches=0)
     run = lp.simulate(system, until=1.0)
-    with pytest.raises(OptionError, match="for a system only"):
+    with pytest.raises(OptionError, match="for a system, modes or an"):
         lp.optimise(run, vary={"p": (-2, 2)}, minimise=fun.final("height"), searches=2)
+
+
+def test_several_searches_find_the_softer_side_of_a_resonance():
+    # a stiff coupling is best next to its bound, a soft one is better beyond the resonance
+    c, d, speeds = (50.0, 2e4), 0.5, (80.0, 120.0)
+    model = lp.compose(
+        torque=Torque(tau=0.0),
+        a=Inertia(J=1.0),
+        coupling=SpringDamper(c=1.5e4, d=d),
+        b=Inertia(J=1.0),
+        load=Torque(tau=0.0),
+        connections=lambda m: lp.chain(m.torque, m.a, m.coupling, m.b, m.load),
+    )
+    response = lp.vibration.order_response(
+        lp.assemble(model),
+        speeds=np.linspace(*speeds, 5),
+        of=["coupling.tau"],
+        excitations={"torque.tau": {1: 10.0}},
+        shaft="a.phi",
+        free="load.tau",
+    )
+
+    def largest(stiffness):
+        w = np.linspace(*speeds, 20_001)
+        joint = stiffness + 1j * w * d
+        return np.abs(10.0 * joint / (2 * joint - w**2)).max()
+
+    options = {"vary": {"coupling.c": c}, "minimise": fun.order_peak("coupling.tau")}
+    alone = lp.optimise(response, **options)
+    best = lp.optimise(response, **options, searches=5)
+    assert alone.parameters["coupling.c"] == pytest.approx(c[1])
+    assert alone.objective == pytest.approx(largest(c[1]), rel=1e-7)
+    assert best.parameters["coupling.c"] == pytest.approx(c[0], rel=1e-3)
+    assert best.objective == pytest.approx(largest(c[0]), rel=1e-4)
+    assert best.start == {"coupling.c": 1.5e4}
+    assert any(value == pytest.approx(largest(c[1]), rel=1e-6) for value, _ in best.others)
