@@ -151,6 +151,8 @@ class Optimum(RichHtml):
         lines += [str(check) for check in self.checks]
         if isinstance(self.run, Trajectory):
             lines.append(f"values as in a run of their own to {self.error:.1e}")
+        elif isinstance(self.run, OrderResponse):
+            lines += self.run.notes
         return "\n".join(lines)
 
 

@@ -61,9 +61,10 @@ class OfOrders(OfReadings):
         self._designs = OrderDesigns(begin, analysis)
         self._designs.refuse_balancing(list(names), "over")
         self._own = begin.system.places(names)
-        for reading in self._readings:
-            if isinstance(reading, OrderPeak):
-                self._designs.range_of(reading)
+        peaks = [reading for reading in self._readings if isinstance(reading, OrderPeak)]
+        tops = [self._designs.top(reading, begin)[1].speeds for reading in peaks]
+        notes = begin.tell_notes(np.concatenate(tops)) if tops else ()
+        self.notes = tuple(f"nominal design: {note}" for note in notes)
 
     def _read_alone(self, row: Real, with_slopes: bool) -> tuple[Real, Real]:
         values = dict(zip(self._names, row.tolist(), strict=True))

@@ -49,9 +49,12 @@ class Evaluated(ABC):
         The functionals as printed, and their units.
     error : float
         Relative error of their derivatives.
+    notes : tuple of str
+        What the nominal analysis knows of its own accuracy.
     """
 
     error: float = 1e-9
+    notes: tuple[str, ...] = ()
 
     def __init__(self, system: System, names: tuple[str, ...], of: Mapping[str, Functional]):
         self._system, self._names, self._of = system, names, dict(of)

@@ -179,7 +179,7 @@ def _analyse(
         units=scene.parameter_units,
         means=means,
         deviations=deviations,
-        sampled=sampled,
+        sampled=replace(sampled, remarks=(*scene.notes, *sampled.remarks)),
         points=points,
         importance=_importance(limit, points),
         influences=_influences(limit, points, others, means, deviations),

@@ -276,6 +276,7 @@ def scatter(
 
     def tell(found: Spreads) -> Scatter:
         seconds = clock.perf_counter() - begun
+        found = found._replace(notes=(*scene.notes, *found.notes))
         return Scatter(scene.system.name, search, scene.names, *found, seconds)
 
     try:

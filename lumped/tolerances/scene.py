@@ -66,6 +66,8 @@ class Scene:
         Functionals as printed and their units, k of each.
     error : float
         Relative error of their derivatives.
+    notes : tuple of str
+        What the nominal analysis knows of its own accuracy.
     failures : dict of int to str
         Why evaluations of the last call failed, by their number.
     """
@@ -84,7 +86,7 @@ class Scene:
         evaluated = evaluated_over((*marginals.names, *self.held))
         self.system, self.analysis, self.names = system, analysis, marginals.names
         self.labels, self.units, self.error = evaluated.labels, evaluated.units, evaluated.error
-        self.failures: Failures = {}
+        self.notes, self.failures = evaluated.notes, Failures()
         self.over, self.parameters = over, parameters
         self._theta, self._places = fill_parameters(system, parameters), system.places(self.names)
         self.marginals, self._evaluated = marginals, evaluated

@@ -100,8 +100,15 @@ class OrderResponse(OrderAmplitudes):
     @property
     def notes(self) -> tuple[str, ...]:
         """Where the linearisation does not hold."""
-        note = "" if self.linearity is None else self.linearity.note
-        return (note,) if note else ()
+        return self.tell_notes(self.speeds)
+
+    def tell_notes(self, speeds: Real) -> tuple[str, ...]:
+        """The same with further speeds, between its own, at which that may be worse."""
+        new = np.setdiff1d(speeds, self.speeds)
+        known = [self.linearity, self.at_speeds(new).linearity if len(new) else None]
+        found = sorted((each for each in known if each is not None), key=lambda own: -own.share)
+        told = [k for k in found if k is found[0] or (k.released and not found[0].released)]
+        return tuple(each.note for each in told if each.note)
 
     @cached_property
     def _inputs(self) -> Complex:

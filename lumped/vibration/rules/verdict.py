@@ -174,12 +174,17 @@ def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit | Condit
     every = tuple(limits)
     if not every:
         raise OptionError("verdict: name at least one limit.")
-    notes = dict.fromkeys(found.notes if isinstance(found, OrderAmplitudes) else ())
+    notes: dict[str, None] = {}
     results = [
         _check_bound(found, each) if isinstance(each, Condition) else _result(found, each, notes)
         for each in every
     ]
-    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), tuple(notes))
+    known: tuple[str, ...] = ()
+    if isinstance(found, OrderResponse):
+        known = found.tell_notes(np.unique([result.speed for result in results]))
+    elif isinstance(found, OrderAmplitudes):
+        known = found.notes
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), (*known, *notes))
 
 
 def _result(found: OrderAmplitudes | Trajectory, limit: Limit, notes: dict[str, None]) -> Result:

@@ -48,6 +48,23 @@ def test_what_a_cubic_spring_leaves_out_is_its_first_harmonic():
         assert told in " ".join(each.get_text() for each in figure.findobj(Text)).replace("\n", " ")
 
 
+def test_what_is_left_out_between_speeds_is_told():
+    middle = np.sqrt(C / J - D**2 / (2 * J**2))
+    stiff = C - J * middle**2 + 1j * D * middle
+    share = 0.75 * K3 * (5.0 / abs(stiff)) ** 2 / abs(stiff)
+    told = f"order 1 of disc.phi is wrong by about {share:.0%}"
+    response = lp.vibration.order_response(
+        swing(), speeds=[30.0, 90.0], of=["disc.phi"], excitations={"torque.tau": {1: 5.0}}
+    )
+    peak, over = lp.functionals.order_peak("disc.phi"), {"disc.J": lp.normal(J, 0.01)}
+    assert response.notes == ()
+    verdict = lp.vibration.verdict(response, [lp.vibration.Limit("disc.phi", 1.0)])
+    scatter = lp.scatter(response, over=over, of=[peak], runs=4)
+    failure = lp.reliability(response, peak, above=1.001 * 5.0 / abs(stiff), over=over)
+    for found in (verdict, scatter, failure):
+        assert told in repr(found)
+
+
 def test_what_is_small_or_linear_is_not_told():
     speeds = [10.0, 20.0]
     for system, torque in ((swing(0.0), 1e6), (swing(), 1.0)):
