@@ -34,14 +34,40 @@ def shares(ranking, names):
 # -- formulas --------------------------------------------------------------------------------------
 
 
-def test_shares_of_the_function_of_ishigami_are_those_of_its_closed_form():
+@pytest.mark.parametrize("seed", range(3))
+def test_forty_gradients_leave_a_billionth_of_the_function_of_ishigami(seed):
     scene = ishigami()
-    found = by_chaos(scene, 256, 0, "sobol").spreads["y0"]
-    assert found.mean == pytest.approx(ISHIGAMI_MEAN, abs=1e-3)
-    assert found.std**2 == pytest.approx(ISHIGAMI_VARIANCE, rel=1e-3)
-    assert shares(found.ranking, scene.names) == pytest.approx(ISHIGAMI_FIRST, abs=1e-3)
-    assert shares(found.total, scene.names) == pytest.approx(ISHIGAMI_TOTAL, abs=1e-3)
+    found = by_chaos(scene, 40, seed, "sobol").spreads["y0"]
+    u = np.random.default_rng(1).normal(size=(10_000, 3))
+    missed = found.at(u) - scene.formula(scene.physical(u))[:, 0]
+    assert np.mean(missed**2) < 1e-9 * ISHIGAMI_VARIANCE
+    assert 1 - found.predicted < 1e-9
+    assert found.mean == pytest.approx(ISHIGAMI_MEAN, abs=1e-4)
+    assert found.std**2 == pytest.approx(ISHIGAMI_VARIANCE, rel=1e-5)
+    assert shares(found.ranking, scene.names) == pytest.approx(ISHIGAMI_FIRST, abs=1e-5)
+    assert shares(found.total, scene.names) == pytest.approx(ISHIGAMI_TOTAL, abs=1e-5)
     assert found.is_trusted
+
+
+def test_shares_of_the_function_of_sobol_are_those_of_its_closed_form():
+    """A product of (abs(4 x - 2) + a) / (1 + a): with kinks, from values alone."""
+    a = np.array([0, 1, 4.5, 9, 99, 99, 99, 99])
+    scene = GivenScene(
+        [uniform(0.0, 1.0)] * 8,
+        lambda x: ((np.abs(4 * x - 2) + a) / (1 + a)).prod(axis=1, keepdims=True),
+        lambda x: np.zeros((len(x), 1, 8)),
+    )
+    found = by_chaos(scene, 500, 0, "sobol", gradients=False).spreads["y0"]
+    own = 1 / (3 * (1 + a) ** 2)
+    variance = (1 + own).prod() - 1
+    assert shares(found.ranking, scene.names) == pytest.approx(own / variance, abs=0.02)
+    total = own * (1 + own).prod() / (1 + own) / variance
+    assert shares(found.total, scene.names) == pytest.approx(total, abs=0.02)
+    # the error that is told is that at other points
+    u = np.random.default_rng(1).normal(size=(4000, 8))
+    y = scene.formula(scene.physical(u))[:, 0]
+    missed = np.mean((found.at(u) - y) ** 2) / y.var()
+    assert 0.5 < missed / (1 - found.predicted) < 2
 
 
 def test_a_product_of_lognormal_parameters_has_its_closed_form():

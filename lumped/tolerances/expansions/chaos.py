@@ -53,16 +53,17 @@ class PolynomialSpread(Spread):
 
     Mean and deviation follow from the coefficients, and what the polynomials leave is added to the
     variance. Quantiles and shares are those of a large sample of the polynomials, to which
-    residuals of runs with values nearby are added. Intervals follow from leaving out each run. They
-    know nothing of what no run met: with a probability of 5 %, n runs miss what concerns 3 / n of
-    all.
+    residuals of runs with values nearby are added. Intervals follow from choosing and fitting
+    without a tenth of the runs each. They know nothing of what no run met: with a probability of
+    5 %, n runs miss what concerns 3 / n of all.
 
     Attributes
     ----------
     expansion : Expansion
         The polynomials.
     predicted : float
-        Share of the variance that is predicted for runs by fits without them, often called Q2.
+        Share of the variance that is predicted for runs by polynomials chosen and fitted without
+        them, often called Q2.
     mean_error, std_error : float
         Standard errors of the mean and of the deviation.
     is_trusted : bool

@@ -159,49 +159,31 @@ def _recurrence(z: Real, weights: Real) -> tuple[Real, Real]:
     return np.array(diagonal), np.array(off)
 
 
-@dataclass(frozen=True, eq=False)
-class Terms:
-    """Products of polynomials of all variables, with sets that contain each other.
+def list_exponents(most: Sequence[int], norm: float, count: int) -> Integer:
+    """Degrees of products in each variable, shape (P, d); the first is the constant.
 
-    Attributes
+    Parameters
     ----------
-    exponents : ndarray of int, shape (P, d)
-        Degrees of each product; the first is the constant.
-    ends : tuple of int
-        How many of the first products make each set, ascending.
+    most : sequence of int
+        Greatest degree in each variable.
+    norm : float
+        1 for the total degree; less for hyperbolic sets, which leave out products of many
+        variables: ``sum(degree**norm)**(1 / norm)`` is limited.
+    count : int
+        Of products, at most; the limit is the greatest whole number that keeps to it.
     """
-
-    exponents: Integer
-    ends: tuple[int, ...]
-
-    @classmethod
-    def up_to(cls, most: Sequence[int], norm: float, count: int) -> Terms:
-        """Sets of up to `count` products.
-
-        Parameters
-        ----------
-        most : sequence of int
-            Greatest degree in each variable.
-        norm : float
-            1 for the total degree; less for hyperbolic sets, which leave out products of many
-            variables: ``sum(degree**norm)**(1 / norm)`` is limited.
-        count : int
-            Of products, at most.
-        """
-        chosen: list[_Product] = [()]
-        ends = [1]
-        for degree in range(1, max(most) + 1):
-            every = _products_up_to(most, norm, degree**norm * (1 + 1e-12))
-            found = list(itertools.islice(every, count + 1))
-            if len(found) > count:
-                break
-            chosen += sorted(set(found) - set(chosen), key=_list_powers)
-            ends.append(len(chosen))
-        exponents = np.zeros((len(chosen), len(most)), dtype=np.int64)
-        for row, product in zip(exponents, chosen, strict=True):
-            for place, degree in product:
-                row[place] = degree
-        return cls(exponents, tuple(ends))
+    chosen: list[_Product] = [()]
+    for degree in range(1, max(most) + 1):
+        every = _products_up_to(most, norm, degree**norm * (1 + 1e-12))
+        found = list(itertools.islice(every, count + 1))
+        if len(found) > count:
+            break
+        chosen += sorted(set(found) - set(chosen), key=_list_powers)
+    exponents = np.zeros((len(chosen), len(most)), dtype=np.int64)
+    for row, product in zip(exponents, chosen, strict=True):
+        for place, degree in product:
+            row[place] = degree
+    return exponents
 
 
 _Product = tuple[tuple[int, int], ...]
