@@ -18,10 +18,12 @@ _CLOSE = 1e-7
 _GOOD = 1e-3
 """The same that counts as found where rounding, or the error of runs, lets a search go no nearer.
 The distance of the point is then exact to a millionth."""
+_SAME = 0.05
+"""Distance of two points, relative to that from the origin, below which they are one."""
 _FLAT = 1e-12
 """Gradient, relative to g, that is rounding."""
-_SHORTEST = 2.0**-10
-"""Share of a step."""
+_SHORTEST, _SHORT = 2.0**-10, 2.0**-3
+"""Share of a step, and of one from a point that counts as found."""
 _LEAST = 1e-3
 """Share of g that a step must take away at the border."""
 _MOST = 60
@@ -75,7 +77,7 @@ class Search:
         elif known and self._is_better(g):
             self._learn(slope)
             self._arrive(g, slope)
-        elif self.count == 1 or self._share < 2 * _SHORTEST:
+        elif self.count == 1 or self._share < 2 * (_SHORT if self.is_found else _SHORTEST):
             self.ended = True
         else:
             self._share /= 2
@@ -158,8 +160,13 @@ class Search:
         )
 
 
+def is_same(u: Real, other: Real) -> bool:
+    """Whether two points nearest to the origin are one."""
+    return _norm(u - other) < _SAME * (1 + _norm(u))
+
+
 def search_together(
-    slopes: Callable[[Real], tuple[Real, Real]], begins: Sequence[Real]
+    slopes: Callable[[Real], tuple[Real, Real]], begins: Sequence[Real], known: Sequence[Real] = ()
 ) -> list[Search]:
     """Searches from several points, whose next evaluations are made together.
 
@@ -169,9 +176,15 @@ def search_together(
         Values, shape (n,), and gradients, shape (n, d), at points of shape (n, d).
     begins : sequence of ndarray, each of shape (d,)
         Where they begin.
+    known : sequence of ndarray, each of shape (d,)
+        Points found before; a search that comes to one of them ends.
     """
     every = [Search(begin) for begin in begins]
-    while under_way := [search for search in every if not search.ended]:
+    while under_way := [
+        search
+        for search in every
+        if not (search.ended or any(is_same(search.next, u) for u in known))
+    ]:
         values, gradients = slopes(np.array([search.next for search in under_way]))
         for search, value, gradient in zip(under_way, values, gradients, strict=True):
             search.take(float(value), gradient)

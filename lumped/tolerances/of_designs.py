@@ -12,13 +12,13 @@ from lumped.ensembles.distributions import Correlated
 from lumped.ensembles.other_laws import Scaled
 from lumped.ensembles.variants import Over, marginals_of
 from lumped.errors import OptionError, SolverError
-from lumped.numerics.nearest_points import FURTHEST, Search, search_together
+from lumped.numerics.nearest_points import FURTHEST, Search, is_same, search_together
 from lumped.support.arrays import Real
 from lumped.support.text_table import amounts, list_names, number
 from lumped.timeloop.run_options import RunPlan
 from lumped.tolerances.aims import Probability, RobustAim
 from lumped.tolerances.evaluated import Failures
-from lumped.tolerances.failure.form import form, is_same, nothing_found, search_all
+from lumped.tolerances.failure.form import form, nothing_found, search_all
 from lumped.tolerances.failure.limit import Limit
 from lumped.tolerances.failure.samples import Sampled, around
 from lumped.tolerances.failure.unions import join_points

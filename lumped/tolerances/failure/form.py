@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import OptionError, SolverError
-from lumped.numerics.nearest_points import FURTHEST, Search, search_together
+from lumped.numerics.nearest_points import FURTHEST, Search, is_same, search_together
 from lumped.support.arrays import Real
 from lumped.tolerances.failure.limit import Limit
 
@@ -17,9 +17,8 @@ _NEAR = (1e-2, 1e-4)
 """Distances from a design point at which the normal is compared with itself."""
 _TURNED = 0.1
 """Difference of two normals that is no kink yet."""
-_SAME = 0.05
-"""Distance of two design points, relative to that from the median, below which they are one."""
-
+_ALIKE = 2.5e-3
+"""Difference of the cosine of two directions from 1 below which they are one."""
 _SPHERE = 1e-3
 """Difference of ``1 + beta kappa`` from 0 up to which a limit counts as a sphere."""
 _AT_MEDIAN = 1e-6
@@ -136,18 +135,22 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
     return tuple(points)
 
 
-def is_same(u: Real, other: Real) -> bool:
-    """Whether two design points are one."""
-    return bool(np.linalg.norm(u - other) < _SAME * (1 + np.linalg.norm(u)))
-
-
 def search_all(limit: Limit, begin: Real | None = None, searches: int = 4) -> list[Search]:
     """Searches for design points, each at its end; arguments as for `form`."""
     first = np.zeros(limit.count) if begin is None else begin
     every = search_together(limit.slopes, [first])
     if searches > 1:
-        every += search_together(limit.slopes, _others(every[0], searches - 1))
+        known = [search.u for search in every if search.is_found and _is_nearest(limit, search)]
+        every += search_together(limit.slopes, _others(every[0], searches - 1), known)
     return every + search_together(limit.slopes, _find_crossings(limit, every))
+
+
+def _is_nearest(limit: Limit, search: Search) -> bool:
+    """Whether the limit is smooth at a point and bends around the median less than a sphere."""
+    try:
+        return _design_point(limit, search).bend > _SPHERE
+    except SolverError:
+        return False
 
 
 def _find_crossings(limit: Limit, every: Sequence[Search]) -> list[Real]:
@@ -162,7 +165,7 @@ def _find_crossings(limit: Limit, every: Sequence[Search]) -> list[Real]:
         if not search.is_found or far < _AT_MEDIAN:
             continue
         along = search.u / far
-        if any(abs(along @ u) > (1 - _SAME**2) * np.linalg.norm(u) for u in known):
+        if any(abs(along @ u) > (1 - _ALIKE) * np.linalg.norm(u) for u in known):
             continue
         known.append(search.u)
         beside = far + np.outer((-1, 1), _BESIDE).ravel()
@@ -201,7 +204,10 @@ def _design_point(limit: Limit, search: Search) -> DesignPoint:
     alpha = search.slope / steepness
     u = alpha * float(alpha @ search.u - search.g / steepness)
     beta = float(alpha @ u)
-    return DesignPoint(beta, u, alpha, *limit.at(u), steepness, 1 + beta * _measure_bend(limit, u))
+    x, slopes = limit.at(search.u)
+    x = limit.scene.physical(u[None])[0]
+    bend = 1 + beta * _measure_bend(limit, search.u)
+    return DesignPoint(beta, u, alpha, x, slopes, steepness, bend)
 
 
 def nothing_found(limit: Limit, every: Sequence[Search]) -> OptionError | SolverError:

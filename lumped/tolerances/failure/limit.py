@@ -57,6 +57,7 @@ class Limit:
         self.evaluations = self.gradients = 0
         self._furthest = self._nearest = (np.nan, np.zeros(self.count))
         self.reason = ""
+        self._known: dict[bytes, tuple[float, Real]] = {}
 
     @property
     def count(self) -> int:
@@ -93,18 +94,28 @@ class Limit:
         return self._note_extremes(u, values)
 
     def slopes(self, u: Real) -> tuple[Real, Real]:
-        """Excess at points, and its gradients, shape (n, d), by the standard normal variables."""
-        x = self.scene.physical(u)
-        try:
-            values, by = self.scene.slopes(x)
-        except OptionError as error:
-            raise OptionError(
-                f"{self.head}: {error} search='subset' needs no derivatives."
-            ) from None
-        self.evaluations += len(u)
-        self.gradients += len(u)
-        along = np.einsum("ni,nij->nj", by[:, 0], self.scene.physical_slopes(u))
-        return self._note_extremes(u, values), self.sign * along
+        """Excess at points, and its gradients, shape (n, d), by the standard normal variables.
+
+        Each point is evaluated once.
+        """
+        keys = [point.tobytes() for point in u]
+        new = [i for i, key in enumerate(keys) if key not in self._known]
+        if new:
+            try:
+                values, by = self.scene.slopes(self.scene.physical(u[new]))
+            except OptionError as error:
+                raise OptionError(
+                    f"{self.head}: {error} search='subset' needs no derivatives."
+                ) from None
+            self.evaluations += len(new)
+            self.gradients += len(new)
+            excess = self._note_extremes(u[new], values)
+            for i, *known in zip(new, excess, self.sign * by[:, 0], strict=True):
+                self._known[keys[i]] = known[0], known[1]
+        found = [self._known[key] for key in keys]
+        slopes = np.array([by for _, by in found])
+        along = np.einsum("ni,nij->nj", slopes, self.scene.physical_slopes(u))
+        return np.array([excess for excess, _ in found]), along
 
     def at(self, u: Real) -> tuple[Real, Real]:
         """Parameters at a point, and the derivatives of the excess by them.
@@ -114,9 +125,8 @@ class Limit:
         SolverError
             If there are none.
         """
-        x = self.scene.physical(u[None])
-        _, by = self.scene.slopes(x)
-        return x[0], self._there(by, u)
+        self.slopes(u[None])
+        return self.scene.physical(u[None])[0], self._there(self._known[u.tobytes()][1], u)
 
     def at_by_others(self, u: Real, others: Mapping[str, float]) -> Real:
         """Derivatives of the excess at a point by parameters that do not scatter, shape (m,).
@@ -131,17 +141,17 @@ class Limit:
         SolverError
             If there are none.
         """
-        return self._there(self.scene.slopes_by_others(self.scene.physical(u[None]), others), u)
+        self.evaluations, self.gradients = self.evaluations + 1, self.gradients + 1
+        by = self.scene.slopes_by_others(self.scene.physical(u[None]), others)
+        return self._there(self.sign * by[0, 0], u)
 
     def _there(self, by: Real, u: Real) -> Real:
-        self.evaluations, self.gradients = self.evaluations + 1, self.gradients + 1
         if not np.isfinite(by).all():
             raise SolverError(
                 f"{self.head} has no derivatives at its design point, {self.combination(u)}: "
                 f"{next(iter(self.scene.failures.values()), '')} search='subset' needs none."
             )
-        found: Real = self.sign * by[0, 0]
-        return found
+        return by
 
     def curvature(self, x: Real) -> Real | None:
         """Exact second derivatives of the excess by the parameters, shape (d, d), if known."""
