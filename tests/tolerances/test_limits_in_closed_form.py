@@ -132,6 +132,35 @@ def test_a_point_between_two_nearer_ones_is_left_out():
     assert sorted(np.sign(p.u[0]) for p in points) == [-1, 1]
 
 
+@pytest.mark.parametrize(
+    ("scene", "side", "most"),
+    [
+        (linear([1, 2, 3]), {"above": 9.0}, 10),
+        (bowl(0.2), {"above": 3.0}, 12),
+        # of Rackwitz: a product of strength and width
+        (
+            numbers(lambda x: x[0] * x[1], lambda x: x[::-1], [38.0, 54.0], [3.8, 2.7]),
+            {"below": 1140.0},
+            14,
+        ),
+    ],
+)
+def test_further_searches_end_where_a_point_is_known(scene, side, most):
+    limit = Limit(scene, **side)
+    assert len(form(limit)) == 1
+    assert limit.gradients <= most
+
+
+def test_the_index_of_a_product_is_that_of_minimisation():
+    scene = numbers(lambda x: x[0] * x[1], lambda x: x[::-1], [38.0, 54.0], [3.8, 2.7])
+    (point,) = form(Limit(scene, below=1140.0))
+
+    def far(u):  # the other variable from the limit
+        return u**2 + ((1140 / (38 + 3.8 * u) - 54) / 2.7) ** 2
+
+    assert point.beta**2 == pytest.approx(optimize.minimize_scalar(far, bounds=(-6, 0)).fun)
+
+
 def test_a_warm_start_takes_fewer_evaluations():
     limit = Limit(bowl(0.2), above=4.0)
     (point,) = form(limit, searches=1)

@@ -80,6 +80,58 @@ def test_the_near_side_of_a_band_is_looked_for_where_only_the_far_side_is_found(
     assert [point.beta for point in points] == pytest.approx([2.0, -2.5], rel=1e-9)
 
 
+def several_bands(edges, d):
+    """Positive between the first two edges, the next two and so on, along (1, 2, ...)."""
+    along = np.arange(1.0, d + 1) / np.linalg.norm(np.arange(1.0, d + 1))
+    excess = -np.poly1d(edges, True)
+    return numbers(
+        lambda x: excess(along @ x),
+        lambda x: excess.deriv()(along @ x) * along,
+        np.zeros(d),
+        np.ones(d),
+    )
+
+
+EDGES = [
+    (1.0, 1.5, 3.0, 4.0),
+    (1.0, 1.5, 1.8, 2.2),
+    (0.5, 0.6, 0.9, 1.0, 2.0, 2.1),
+    (-2.0, -1.5, 1.0, 1.2, 3.0, 3.5),
+    (2.0, 2.05, 3.0, 3.05),
+]
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("d", [1, 2, 6])
+@pytest.mark.parametrize("side", ["above", "below"])
+def test_several_bands_on_one_side_are_all_counted(edges, d, side):
+    limit = Limit(several_bands(edges, d), **{side: 0.0})
+    inside = np.diff(norm.cdf(edges))[::2].sum()
+    exact = inside if side == "above" else 1 - inside
+    points = form(limit)
+    found = join_points(points, limit.is_kept_by_median)
+    # beyond the first point and 3.7 there is a thousandth of what is beyond the point
+    assert found == pytest.approx(exact, abs=1e-3 * inside)
+    assert not compare_directions(limit, points, found)
+
+
+def test_bands_along_two_directions_are_joined_nearly_as_samples_count_them():
+    first, second = -np.poly1d((1.0, 1.5, 3.0, 4.0), True), -np.poly1d((2.0, 2.5), True)
+    along = np.array([[1.0, 0.0], [np.cos(2.0), np.sin(2.0)]])
+
+    def slope(x):
+        a, b = along @ x
+        is_first = first(a) > second(b)
+        return first.deriv()(a) * along[0] if is_first else second.deriv()(b) * along[1]
+
+    scene = numbers(lambda x: max(first(along[0] @ x), second(along[1] @ x)), slope, [0, 0], [1, 1])
+    limit = Limit(scene, above=0.0)
+    a, b = along @ np.random.default_rng(0).normal(size=(2, 1_000_000))
+    exact = np.mean((first(a) > 0) | (second(b) > 0))
+    found = join_points(form(limit, searches=8), limit.is_kept_by_median)
+    assert found == pytest.approx(exact, rel=0.02)
+
+
 def disc(d, shift=0.0):
     return numbers(lambda x: x @ x, lambda x: 2 * x, [shift] + [0.0] * (d - 1), [1.0] * d)
 

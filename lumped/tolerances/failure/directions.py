@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import scipy
 
 from lumped.support.arrays import Integer, Real
-from lumped.tolerances.failure.form import DesignPoint, is_entered
+from lumped.tolerances.failure.form import DesignPoint, find_roots, is_entered
 from lumped.tolerances.failure.limit import Limit
 
 _ANYWHERE, _TOWARDS = 8, 8
@@ -109,18 +110,7 @@ def _look_along(limit: Limit, points: Sequence[DesignPoint], along: Real, side: 
     (low, high), (below, above) = (
         (table[rows, k], table[rows, k + 1]) for table in (radii, excess)
     )
-    for _ in range(_ROUNDS if len(rows) else 0):
-        middle = low + (high - low) * np.clip(below / (below - above), 0.02, 0.98)
-        value = at(rows, middle)
-        value = np.where(np.isnan(value), below, value)
-        is_low = (value > 0) == (below > 0)
-        # the end that stays counts half (Illinois)
-        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-        below, above = (
-            np.where(is_low, value, below / 2),
-            np.where(is_low, above / 2, value),
-        )
-    roots = low + (high - low) * below / (below - above)
+    roots = find_roots(partial(at, rows), low, high, below, above, _ROUNDS)
     found = np.zeros(count)
     ends = np.where(excess[rows, k] > 0, -1.0, 1.0)
     np.add.at(found, rows, ends * scipy.stats.chi2.sf(roots**2, d))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy
@@ -25,10 +26,14 @@ _AT_MEDIAN = 1e-6
 """Distance of a limit through the median."""
 _AROUND = 16
 """Directions to both sides of which is looked for the limit where no search has met it."""
-_PARTS = 33
-"""Places on a line at which is looked for further crossings."""
-_BESIDE = (0.03, 0.06, 0.12, 0.25)
+_STEP, _BEYOND = 0.1, 3.7
+"""Distance of places on a line at which is looked for crossings, and how far beyond a point, in
+squares: a thousandth of its probability lies there."""
+_BESIDE = 0.01, 0.03
 """And how far beside a crossing that was found."""
+_ROUNDS, _GOOD = 6, 5e-3
+"""Evaluations by which a crossing is found between two of them, and distance, relative to that from
+the median, below which crossings are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +117,7 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
     points: list[DesignPoint] = []
     saddle = ""
     for search in sorted(found, key=lambda search: float(np.linalg.norm(search.u))):
-        if any(is_same(p.u, search.u) for p in points):
+        if any(_is_one(p, search) for p in points):
             continue
         point = _design_point(limit, search)
         if point.bend > _SPHERE:
@@ -133,6 +138,13 @@ def points_of(limit: Limit, every: Sequence[Search]) -> tuple[DesignPoint, ...]:
             "region begins was not found. Take more searches, or search='subset'."
         )
     return tuple(points)
+
+
+def _is_one(point: DesignPoint, search: Search) -> bool:
+    """Whether a search has come to a point again, and not to another side of a narrow band."""
+    off = search.u - point.u
+    is_near = abs(point.alpha @ off) < _GOOD * (1 + abs(point.beta))
+    return bool(is_near and point.alpha @ search.slope > 0 and is_same(point.u, search.u))
 
 
 def search_all(limit: Limit, begin: Real | None = None, searches: int = 4) -> list[Search]:
@@ -168,15 +180,70 @@ def _find_crossings(limit: Limit, every: Sequence[Search]) -> list[Real]:
         if any(abs(along @ u) > (1 - _ALIKE) * np.linalg.norm(u) for u in known):
             continue
         known.append(search.u)
-        beside = far + np.outer((-1, 1), _BESIDE).ravel()
-        places = np.unique([*np.linspace(-FURTHEST, FURTHEST, _PARTS), *beside])
-        excess = limit.values(np.outer(places, along))
-        for k in np.flatnonzero(np.diff(excess > 0) & np.isfinite(np.diff(excess))):
-            share = excess[k] / (excess[k] - excess[k + 1])
-            u = (places[k] + share * (places[k + 1] - places[k])) * along
-            if not any(is_same(found.u, u) for found in every if found.is_found):
-                begins.append(u)
+        places, excess = _scan_line(limit, along, far)
+        k = np.flatnonzero(np.diff(excess > 0) & np.isfinite(np.diff(excess)))
+        ends = places[k], places[k + 1], excess[k], excess[k + 1]
+        roots = find_roots(partial(_values_along, limit, along), *ends, _ROUNDS)
+        far_known = [found.u for found in every if found.is_found]
+        begins += [u for u in np.outer(roots, along) if not any(_meets(u, v) for v in far_known)]
     return begins
+
+
+def _values_along(limit: Limit, along: Real, far: Real) -> Real:
+    return limit.values(np.outer(far, along))
+
+
+def _scan_line(limit: Limit, along: Real, far: float) -> tuple[Real, Real]:
+    """Places on a line through the median, and the excess there.
+
+    Further places are those where the excess comes next to zero, as it may cross it twice there.
+    """
+    last = min(float(np.hypot(far, _BEYOND)), FURTHEST)
+    beside = far + np.outer((-1, 1), _BESIDE).ravel()
+    x = np.unique([*np.linspace(-last, last, 2 * int(np.ceil(last / _STEP)) + 1), *beside])
+    y = _values_along(limit, along, x)
+    rate = np.diff(y) / np.diff(x)
+    # between two rates that turn away from zero
+    turns = 1 + np.flatnonzero((rate[:-1] * y[1:-1] < 0) & (rate[1:] * y[1:-1] > 0))
+    bent = (rate[turns] - rate[turns - 1]) / (x[turns + 1] - x[turns - 1])
+    nearest = (x[turns] + x[turns - 1]) / 2 - rate[turns - 1] / (2 * bent)
+    if not len(turns):
+        return x, y
+    x, order = np.unique(np.concatenate([x, nearest]), return_index=True)
+    return x, np.concatenate([y, _values_along(limit, along, nearest)])[order]
+
+
+def _meets(u: Real, other: Real) -> bool:
+    """Whether two points where the limit is crossed are one."""
+    return bool(np.linalg.norm(u - other) < _GOOD * (1 + np.linalg.norm(u)))
+
+
+def find_roots(
+    at: Callable[[Real], Real], low: Real, high: Real, below: Real, above: Real, rounds: int
+) -> Real:
+    """Roots between places on both sides of them, by regula falsi (Illinois).
+
+    Parameters
+    ----------
+    at : callable
+        Values at one place on each of n lines.
+    low, high, below, above : ndarray, shape (n,)
+        Places and the values there.
+    rounds : int
+    """
+    for _ in range(rounds if len(low) else 0):
+        middle = low + (high - low) * np.clip(below / (below - above), 0.02, 0.98)
+        value = at(middle)
+        value = np.where(np.isnan(value), below, value)
+        is_low = (value > 0) == (below > 0)
+        # the end that stays counts half
+        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
+        below, above = (
+            np.where(is_low, value, below / 2),
+            np.where(is_low, above / 2, value),
+        )
+    found: Real = low + (high - low) * below / (below - above)
+    return found
 
 
 def is_entered(beta: float, is_kept: bool) -> bool:

@@ -13,6 +13,8 @@ from lumped.tolerances.failure.form import DesignPoint, is_entered
 
 _PARALLEL = 1e-12
 """Difference of a correlation from 1 that is rounding."""
+_BEYOND = 1e-6
+"""Distance from which a point lies beyond a plane."""
 _TIGHT = 1e-3
 """Difference of both bounds of a probability, relative to it, that is not looked into."""
 
@@ -24,7 +26,8 @@ def join_points(
 
     Going out from the median, its state ends at some planes and comes back at others, such as the
     far side of a resonance. With ``A`` beyond any of them and ``B`` beyond any of the latter, the
-    state is another one with the probability ``P(A) - P(B)``.
+    state is another one with the probability ``P(A) - P(B)``. Where it ends again behind that, as
+    in the next band, the same is added for the planes there.
 
     Parameters
     ----------
@@ -40,7 +43,15 @@ def join_points(
     side = np.where(enters == is_kept, 1.0, -1.0)
     beyond = np.where(side > 0, own, 1 - own)
     normals = side[:, None] * np.array([point.alpha for point in points])
-    changed = _unite(beyond, normals) - _unite(beyond[~enters], normals[~enters])
+    # how many planes where the state comes back lie between the median and each point
+    points_at = np.array([point.u for point in points])
+    back, far = ~enters, points_at @ normals.T - side * [point.beta for point in points]
+    passed = ((far > _BEYOND) & back).sum(axis=1)
+    changed = 0.0
+    for turn in range(int(passed.max()) + 1):
+        now = passed == turn
+        ends = now & back
+        changed += _unite(beyond[now], normals[now]) - _unite(beyond[ends], normals[ends])
     changed = min(max(changed, 0.0), 1.0)
     return changed if is_kept else 1.0 - changed
 
