@@ -15,7 +15,7 @@ from lumped.tolerances.failure.limit import Limit
 
 _ANYWHERE, _TOWARDS = 8, 8
 """Directions of any kind, and towards what lies beyond the planes."""
-_ALONG = 8
+_ALONG = 4
 """Distances along each at which the limit is looked at first; eightfold for one parameter."""
 _ROUNDS = 3
 """Evaluations by which a crossing is found between two of them."""
