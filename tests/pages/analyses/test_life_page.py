@@ -5,6 +5,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import lumped as lp
 from lumped.models.reversing_mill.passes import END, LEVELS
@@ -13,8 +14,8 @@ from lumped.models.reversing_mill.stand import RATED
 NAME = "analyses/life"
 
 
-def damage_by_hand(load, scale):
-    """Damage of a history by three points: plain lists, Haibach below 60 MPa."""
+def cycles_by_hand(load):
+    """Ranges of a history, each with its number of cycles, by three points."""
     kept = load[np.append(True, np.diff(load) != 0)]
     slope = np.sign(np.diff(kept))
     points = kept[np.concatenate([[0], np.flatnonzero(np.diff(slope)) + 1, [len(kept) - 1]])]
@@ -26,7 +27,13 @@ def damage_by_hand(load, scale):
             del held[0 if len(held) == 3 else slice(-3, -1)]
     for a, b in itertools.pairwise(held):
         cycles[abs(b - a)] += 0.5
-    amplitudes, counts = scale * np.array(list(cycles)) / 2, np.array(list(cycles.values()))
+    return np.array(list(cycles)), np.array(list(cycles.values()))
+
+
+def damage_by_hand(load, scale):
+    """Damage of a history with the slopes of Haibach below 60 MPa."""
+    ranges, counts = cycles_by_hand(load)
+    amplitudes = scale * ranges / 2
     share = amplitudes / 60e6
     return (counts * np.where(share < 1, share**9, share**5)).sum() / 2e6
 
@@ -63,6 +70,18 @@ def test_a_pass_without_play_settles_at_the_rolling_torque(names):
     run = lp.simulate(names["system"], until=1.5, parameters={"level": 0.8, "play": 0.0})
     last = run[names["SPINDLE"]][run.t > 1.5 - 3 / 6.344]  # three periods of the first mode
     assert last.mean() == pytest.approx(0.8 * RATED, rel=0.01)
+
+
+@pytest.mark.parametrize("search", ["form", "sorm", "importance"])
+def test_a_shaft_breaks_as_often_as_a_lognormal_damage_exceeds_one(names, search):
+    rig, median, over = (names[name] for name in ("rig", "median", "over"))
+    run = lp.simulate(rig, until=2.0, grid=40_000, rtol=1e-8)
+    ranges, counts = cycles_by_hand(run["shaft.tau"])
+    single = counts @ (3e5 * ranges / 2 / 1e8) ** 5 / 1e6
+    wanted = norm.sf(-np.log(2000 * single) / np.hypot(0.5, 5 * 0.1))
+    of = median / lp.functionals.final("lives")
+    found = lp.reliability(rig, of, above=1.0, over=over, until=2.0, search=search)
+    assert found.probability == pytest.approx(wanted, rel=0.2 if search == "importance" else 1e-3)
 
 
 def test_the_life_of_the_bearing_is_that_of_its_torque_by_hand(names):
