@@ -181,7 +181,8 @@ def _find_crossings(limit: Limit, every: Sequence[Search]) -> list[Real]:
             continue
         known.append(search.u)
         places, excess = _scan_line(limit, along, far)
-        k = np.flatnonzero(np.diff(excess > 0) & np.isfinite(np.diff(excess)))
+        is_other = (places[1:] < far) | (places[:-1] > far)
+        k = np.flatnonzero(is_other & np.diff(excess > 0) & np.isfinite(np.diff(excess)))
         ends = places[k], places[k + 1], excess[k], excess[k + 1]
         roots = find_roots(partial(_values_along, limit, along), *ends, _ROUNDS)
         far_known = [found.u for found in every if found.is_found]
