@@ -31,7 +31,8 @@ class LossyGear(Component):
     `losses` are rows of speed of flange a relative to the support in rad/s (from zero up),
     efficiency while a drives, efficiency while b drives, and bearing friction at side a in N.m
     in both cases; joined by straight lines and continued by the last one. If the continued line
-    would leave the range of an efficiency, end the table with two equal rows.
+    would leave the range of an efficiency, end the table with two equal rows. With an efficiency of
+    zero or below while b drives the gear holds itself: then side a drives even if b helps.
     """
 
     symbol = "gear"
@@ -53,14 +54,16 @@ class LossyGear(Component):
             yield self.position == 2
             return
         speeds, *columns = zip(*rows, strict=True)
-        borders = [_border(*row) for row in rows]
-        border = borders[0] if len(rows) == 1 or not any(borders) else None
+        own = min(columns[1]) <= 0
+        laws = set(zip(*columns, strict=True))
+        borders = {_border(*law, holds_itself=own) for law in laws}
+        border = borders.pop() if len(laws) == 1 or borders == {0.0} else None
 
         def losses(speed: Expr | float) -> Losses:
             eta_a, eta_b, tau_a, tau_b = (interpolate(speed, speeds, y) for y in columns)
             return eta_a, eta_b, tau_a, tau_b
 
-        yield _hold(self, losses, border)
+        yield _hold(self, losses, border, holds_itself=own)
 
     def loss(self) -> Expr:
         """Dissipated power, W."""
@@ -108,23 +111,24 @@ def _hold(
     losses: Callable[[Expr | float], Losses],
     border: float | None,
     engaged: Compare | None = None,
+    *,
+    holds_itself: bool = False,
 ) -> Hold:
     """Loss torque while the gear turns, and its limits at standstill.
 
-    If one border of torque is valid at all speeds, side a drives forward above this border.
+    If one border of torque is valid at all speeds, side a drives forward above this border. A gear
+    that holds itself has two losses for one torque at side a, but one for that which it passes on.
     """
-    tau = gear.flange_a.tau
+    tau = -gear.flange_b.tau / gear.ratio if holds_itself else gear.flange_a.tau
 
-    def forward(speed: Expr | float) -> tuple[Expr, Expr]:
+    def laws(speed: Expr | float, way: int) -> tuple[Expr, Expr]:
         eta_a, eta_b, tau_a, tau_b = losses(speed)
-        return (1 - eta_a) * tau + tau_a, (1 - 1 / eta_b) * tau + tau_b
+        if holds_itself:
+            return (tau + way * tau_a) / eta_a - tau, eta_b * (tau + way * tau_b) - tau
+        return (1 - eta_a) * tau + way * tau_a, (1 - 1 / eta_b) * tau + way * tau_b
 
-    def backward(speed: Expr | float) -> tuple[Expr, Expr]:
-        eta_a, eta_b, tau_a, tau_b = losses(speed)
-        return (1 - eta_a) * tau - tau_a, (1 - 1 / eta_b) * tau - tau_b
-
-    a_ahead, b_ahead = forward(gear.w)
-    a_back, b_back = backward(-gear.w)
+    a_ahead, b_ahead = laws(gear.w, 1)
+    a_back, b_back = laws(-gear.w, -1)
     a_drives = a_ahead >= b_ahead if border is None else tau >= border
     b_drives = a_back >= b_back if border is None else tau >= (-border or 0.0)
     return hold(
@@ -132,19 +136,22 @@ def _hold(
         gear.w,
         forward=where(a_drives, a_ahead, b_ahead),
         backward=where(b_drives, b_back, a_back),
-        upper=maximum(*forward(0.0)),
-        lower=minimum(*backward(0.0)),
+        upper=maximum(*laws(0.0, 1)),
+        lower=minimum(*laws(0.0, -1)),
         engaged=engaged,
         pressed=False,
         position=gear.position,
     )
 
 
-def _border(speed: float, eta_a: float, eta_b: float, tau_a: float, tau_b: float) -> float:
-    """Torque at side a at which both sides' laws give the same loss."""
-    if tau_a == tau_b:
+def _border(eta_a: float, eta_b: float, tau_a: float, tau_b: float, *, holds_itself: bool) -> float:
+    """Torque at which both sides' laws give the same loss."""
+    if tau_a == tau_b and not (holds_itself and tau_a):
         return 0.0
-    return tau_a / 2 if eta_a * eta_b == 1 else (tau_a - tau_b) / (eta_a - 1 / eta_b)
+    if eta_a == eta_b == 1:
+        return tau_a / 2
+    passed = (eta_a * eta_b * tau_b - tau_a) / (1 - eta_a * eta_b)
+    return passed if holds_itself else (passed + tau_a) / eta_a
 
 
 def check_loss_table(rows: Rows) -> list[tuple[float, ...]]:
@@ -154,7 +161,7 @@ def check_loss_table(rows: Rows) -> list[tuple[float, ...]]:
     ------
     EquationError
         If a row does not hold five numbers, speeds do not increase from zero, an efficiency is
-        outside of (0, 1], or a bearing torque is negative.
+        out of its range, or a bearing torque is negative.
     """
     try:
         found = [tuple(float(value) for value in row) for row in rows]
@@ -175,13 +182,16 @@ def check_loss_table(rows: Rows) -> list[tuple[float, ...]]:
                 "rad/s. The table counts the magnitude of the speed."
             )
     for speed, eta_a, eta_b, tau_a, tau_b in found:
-        for side, eta in (("a", eta_a), ("b", eta_b)):
-            if not 0 < eta <= 1:
-                raise EquationError(
-                    f"losses: the efficiency while {side} drives at {speed:g} rad/s is {eta:g}; it "
-                    "must be greater than 0 and at most 1. For a gear that locks itself give a "
-                    "small efficiency."
-                )
+        if not 0 < eta_a <= 1:
+            raise EquationError(
+                f"losses: the efficiency while a drives at {speed:g} rad/s is {eta_a:g}; it must "
+                "be greater than 0 and at most 1. The side that cannot drive is b."
+            )
+        if not -float("inf") < eta_b <= 1:
+            raise EquationError(
+                f"losses: the efficiency while b drives at {speed:g} rad/s is {eta_b:g}; it must "
+                "be at most 1, and 0 or less where the gear holds itself."
+            )
         for side, tau in (("a", tau_a), ("b", tau_b)):
             if not 0 <= tau < float("inf"):
                 raise EquationError(

@@ -146,10 +146,10 @@ def efficiency_above_one():
     hoist(losses=[(0.0, 0.9, 0.9, 0.0, 0.0), (10.0, 0.95, 1.2, 0.0, 0.0)])
 
 
-@losses(EquationError, "gear (LossyGear)", "while b drives", "is 0;", "greater than 0")
-def efficiency_zero():
-    """A gear that locks itself is given the efficiency zero."""
-    hoist(losses=[(0.0, 0.4, 0.0, 0.0, 0.0)])
+@losses(EquationError, "gear (LossyGear)", "while a drives", "is -0.1;", "is b")
+def undrivable_side():
+    """A gear whose side a cannot drive."""
+    hoist(losses=[(0.0, -0.1, 0.4, 0.0, 0.0)])
 
 
 @losses(EquationError, "gear (LossyGear)", "bearing friction", "-0.5 N.m", "zero or greater")

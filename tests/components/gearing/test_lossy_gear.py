@@ -1,5 +1,7 @@
 """Gears with loss against their law written a second time, closed forms and energy."""
 
+import math
+
 import numpy as np
 import pytest
 from rows import in_a_row
@@ -160,3 +162,61 @@ def test_a_torque_on_the_border_of_both_driving_sides_does_not_chatter():
     received = [event.time for event in run.events if event.after == "stuck"]
     assert received == pytest.approx([1.0], rel=1e-9)
     assert {event.time for event in run.events} == set(received)
+
+
+# -- a screw that holds itself -----------------------------------------------------------------
+
+LEAD, FRICTION_ANGLE, BEARING, HELD = 0.08, 0.15, 0.02, 2.0
+"""Angles of the screw's flank and of its friction, and the load, N.m at side a."""
+UP, DOWN = (math.tan(LEAD + at) / math.tan(LEAD) for at in (FRICTION_ANGLE, -FRICTION_ANGLE))
+"""Torque on the screw over that without friction, raised and lowered; lowered it is negative."""
+
+
+def screw(drive, load=None, eta_b=DOWN, bearing=0.0):
+    """A screw jack: the screw, 0.05 kg.m2, and its load, 2 kg.m2 at side b."""
+    table = ((0.0, 1 / UP, eta_b, bearing, bearing),)
+    gear = LossyGear(ratio=20.0, losses=table)
+    bodies = {"motor": Inertia(J=0.05), "gear": gear, "mass": Inertia(J=2.0)}
+    load = -20.0 * HELD if load is None else load
+    return in_a_row(drive=Torque(tau=drive), **bodies, load=Torque(tau=load))
+
+
+@pytest.mark.parametrize("eta_b", [0.0, DOWN, -3.0])
+def test_a_screw_holds_its_load_without_torque(eta_b):
+    run = lp.simulate(lp.assemble(screw(0.0, eta_b=eta_b)), until=1.0)
+    assert not run["motor.w"].any()
+    assert run["gear.tau_loss"] == pytest.approx(-HELD, rel=1e-12)
+
+
+@pytest.mark.parametrize(("way", "expected"), [(1, UP * HELD), (-1, -DOWN * HELD)])
+def test_a_screw_breaks_away_up_and_down_as_textbooks_say(way, expected):
+    run = lp.simulate(lp.assemble(screw(way * lp.time)), until=1.1 * expected)
+    received = [event.time for event in run.events if event.before == "stuck"]
+    assert received == pytest.approx([expected], rel=1e-12)
+
+
+def test_a_lowered_load_stops_without_torque_and_stays():
+    tau, end = 3.0, 0.5
+    drive = lp.ops.where(lp.time < end, -tau, 0.0)
+    run = lp.simulate(lp.assemble(screw(drive)), until=2.0)
+    # J_a a = drive - DOWN (J_b a + HELD), as long as the load drives
+    J = 0.05 + DOWN * 2.0 / 20**2
+    w = (-tau - DOWN * HELD) / J * end
+    (stop,) = [event.time for event in run.events if event.after == "stuck"]
+    assert stop == pytest.approx(end + w * J / (DOWN * HELD), rel=1e-9)
+    assert run["gear.position"][-1] == 0
+
+
+def test_a_screw_obeys_its_law_and_loses_what_both_torques_give():
+    model = screw(sine(9.0, 2.0), sine(60.0, 3.0), bearing=BEARING)
+    run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-10, grid=4000)
+    way, tau = run["gear.position"], run["gear.flange_a.tau"]
+    load = -run["gear.flange_b.tau"] / 20
+    forward = np.maximum(UP * (load + BEARING), DOWN * (load + BEARING))
+    backward = np.minimum(UP * (load - BEARING), DOWN * (load - BEARING))
+    assert set(way) == {-1.0, 0.0, 1.0}
+    assert tau[way > 0] == pytest.approx(forward[way > 0], abs=1e-12)
+    assert tau[way < 0] == pytest.approx(backward[way < 0], abs=1e-12)
+    assert ((tau <= forward + 1e-9) & (tau >= backward - 1e-9))[way == 0].all()
+    assert not run["motor.w"][way == 0].any()
+    assert (run["gear.tau_loss"] * run["gear.w"]).min() > -1e-12
