@@ -1,10 +1,10 @@
-"""Which friction sticks at a start of which all parts move together."""
+"""Which friction sticks and which dogs stay in at a start of which all parts move together."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from lumped.flattening.hold_modes import BACKWARD, FORWARD
+from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.points.start_search import StartSearch
 from lumped.points.target_values import target_values
 from lumped.timeloop.holds import Holds
@@ -15,7 +15,10 @@ _DEPENDENT = 1e-9
 
 
 def find_loose(point: OperatingPoint, search: StartSearch) -> tuple[int, ...]:
-    """Speeds of pressed friction that slides though nothing that is demanded makes it slide.
+    """Speeds of holds that slide, or close by an impact, though nothing demanded makes them.
+
+    The stronger ones come first, as a train in gear turns against the friction of its bearings, and
+    plays last. Losses of gears stick in none.
 
     Parameters
     ----------
@@ -32,11 +35,15 @@ def find_loose(point: OperatingPoint, search: StartSearch) -> tuple[int, ...]:
     system, switching = point.system, point.system.switching
     count = len(system.structure.implicit)
     modes, guesses = np.split(point.settings, [len(point.settings) - count])
-    holds = Holds(system, point.theta)
-    seen, parts = holds.look(point.time, point.x, modes, guesses), holds.parts(modes)
-    bears = switching.has_upper & switching.has_lower & (seen.upper > seen.lower)
-    slides = (parts[FORWARD] | parts[BACKWARD]) & bears & (np.array(switching.speeds) >= 0)
-    sliding = tuple(switching.speeds[h] for h in np.flatnonzero(slides).tolist())
+    holds, begun = Holds(system, point.theta), point.before or point
+    seen = holds.look(point.time, begun.x, modes, guesses)
+    parts, places = holds.parts(modes), np.array(switching.speeds)
+    slides = parts[FORWARD] | parts[BACKWARD] | (parts[STUCK] & (begun is not point))
+    joins = switching.is_pressed | ~(switching.has_upper & switching.has_lower)
+    slides &= joins & (seen.upper > seen.lower) & (places >= 0)
+    strength = np.where(switching.has_gap, -1.0, np.maximum(seen.upper, -seen.lower))
+    order = [h for h in np.argsort(-strength, kind="stable").tolist() if slides[h]]
+    sliding = tuple(dict.fromkeys(places[order].tolist()))
     if not sliding:
         return ()
     demanded = (*search.targets, *sliding)

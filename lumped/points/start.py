@@ -62,9 +62,9 @@ def start_point(
         Instant of the start, s.
     together : bool
         Parts move together: no twist of a spring and no play changes, friction that is pressed
-        sticks and tyres roll, so that one given speed turns a whole drive train. Twists themselves
-        keep their start values. Friction slips where start values say so; parts that only a
-        damper or free friction joins move as they are given.
+        sticks, dogs and freewheels stay in and tyres roll, so that one given speed turns a whole
+        drive train. Twists themselves keep their start values. Friction slips where start values
+        say so; parts that only a damper or free friction joins move as they are given.
 
     Returns
     -------

@@ -6,22 +6,29 @@ from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
+    Backlash,
     BearingFriction,
     Belt,
     Brake,
     Capacitor,
     Clutch,
+    Coupling,
     Damper,
+    EfficientGear,
     ElasticPlanetary,
     ElastoBacklash,
     Fixed,
     Ground,
     IdealGear,
     Inertia,
+    OneWayClutch,
     Planetary,
     Resistor,
+    SelectableGear,
     Spring,
     SpringDamper,
+    Synchroniser,
+    Torque,
     Tyre,
     VoltageSource,
     translation,
@@ -191,3 +198,45 @@ def test_a_tyre_rolls_where_all_parts_move_together(name, value):
     expected = [20.0, 20.0 / 0.3, 20.0 / 0.3 * 8.0, 0.0]
     assert received == pytest.approx(expected, rel=1e-9, abs=1e-6)
     assert abs(point["tyre.k"]) < 1e-9
+
+
+IN_GEAR = {
+    "dogs": (Coupling(u=1.0), 1.0),
+    "freewheel": (OneWayClutch(u=0.0), 1.0),
+    "synchroniser": (Synchroniser(f_max=1.0, mu=0.1, R=0.1, alpha=0.1, u=1.0, locked=1.0), 1.0),
+    "second gear": (SelectableGear(ratio_1=3.0, ratio_2=2.0, u=2.0), 2.0),
+    "play": (Backlash(b=0.1), 1.0),
+}
+
+
+@pytest.mark.parametrize("name", ["motor.w", "hub.w", "load.w"])
+@pytest.mark.parametrize("kind", IN_GEAR)
+def test_a_train_in_gear_turns_without_an_impact(kind, name):
+    """A gear with loss, what is in gear, an elastic shaft: one speed, whichever is given."""
+    part, ratio = IN_GEAR[kind]
+    model = in_a_row(
+        motor=Inertia(J=0.4),
+        gear=EfficientGear(ratio=5.0, eta=0.9),
+        first=Inertia(J=0.2),
+        part=part,
+        hub=Inertia(J=0.1),
+        shaft=SpringDamper(c=1e3, d=1.0),
+        load=Inertia(J=1.0),
+        weight=Torque(tau=-1.0),
+    )
+    expected = {"motor.w": 60.0 * ratio, "first.w": 12.0 * ratio, "hub.w": 12.0, "load.w": 12.0}
+    point = lp.start_point(lp.assemble(model), start={name: expected[name]}, together=True)
+    assert [point[body] for body in expected] == pytest.approx(list(expected.values()), rel=1e-12)
+    assert not point.collisions
+
+
+def test_a_pressed_clutch_turns_a_shaft_against_its_bearing_in_any_order():
+    model = in_rows(
+        "motor clutch load bearing.flange_a",
+        bearing=BearingFriction(characteristic=((0.0, 5.0),)),
+        motor=Inertia(J=1.0),
+        clutch=Clutch(f_max=1e3, u=1.0),
+        load=Inertia(J=0.2),
+    )
+    point = lp.start_point(lp.assemble(model), start={"motor.w": 10.0}, together=True)
+    assert point["load.w"] == pytest.approx(10.0, rel=1e-12)
