@@ -242,12 +242,21 @@ def _make_forward(
 
 
 def slopes_of(problem: OrbitProblem, shot: Shot, forward: Forward) -> np.ndarray:
-    """Derivatives of the active states after a period, by them and by unknown parameters."""
+    """Derivatives of the active states after a period, by them and by unknown parameters.
+
+    What only jumps, as the lock of a synchroniser, and did not, has one of few values and is not
+    disturbed.
+    """
     k = len(problem.active)
     settled = settle_at_start(shot.run, forward.seed[:, k:])
     n = len(settled)
     S = np.hstack([settled[:, problem.active], settled[:, n:]])
     found: np.ndarray = forward.at_end(shot.run, S)[problem.active]
+    nodes = [problem.system.structure.states[i] for i in problem.active]
+    jumping = np.isin(
+        nodes, [node for jump in problem.system.switching.jumps for node in jump.nodes]
+    )
+    found[jumping & (found == np.eye(*found.shape)).all(axis=1)] = 0.0
     return found
 
 
