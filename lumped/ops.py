@@ -172,7 +172,8 @@ def smooth(x: Number) -> Expr:
 
     For kinks too small to matter, or so many that stops would cost more than the short steps
     around them. Steps keep their tolerance; derivatives are those of the piece that a step is in,
-    and what the run's derivatives lose where a step passes a kink is not told.
+    and what the run's derivatives lose where a step passes a kink is not told. Points of a table of
+    time, which are known before a run, are met one by one all the same, but tell no events.
     """
     return Smooth(as_expr(x))
 

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.flattening.lowered_switches import Relation
-from lumped.language.lowering import has_steps
+from lumped.language.lowering import is_even
 from lumped.language.pieces import Pieces
 from lumped.reduction.evaluation import Values
 from lumped.support.follow_operations import follow_operations
@@ -106,12 +106,6 @@ def sort_conditions(
                 timed[k] = len(timed)
     order = [sorted(timed[i] for i in needs[k] or ()) for k in timed]
     return [found[k] for k in timed], order, [c for k, c in enumerate(found) if k not in timed]
-
-
-def is_even(argument: ca.SX, time: ca.SX) -> bool:
-    """Whether an expression is linear in the time between changes of modes."""
-    slope = ca.jacobian(argument, time)
-    return not ca.depends_on(slope, time) and not has_steps(argument, time)
 
 
 def _needs(sides: ca.Function, owner: dict[int, int]) -> list[set[int] | None]:

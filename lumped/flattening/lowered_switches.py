@@ -27,6 +27,8 @@ class Relation:
         What it is called while it holds and while it does not.
     pieces : Pieces, optional
         Of a piecewise polynomial.
+    told : bool
+        Its changes are events.
     """
 
     mode: int
@@ -36,6 +38,7 @@ class Relation:
     sides: tuple[str, str]
     words: tuple[str, str] | None = None
     pieces: Pieces | None = None
+    told: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from lumped.language.connection import label
 from lumped.language.declared import fields_of, has_parts, quantities_of
 from lumped.language.derivatives import along, partials
 from lumped.language.expression import Call, Compare, Expr, Piecewise, Ref, text, walk
-from lumped.language.lowering import Branches, Plain, has_range, has_steps, lower
+from lumped.language.lowering import Branches, Kinks, Plain, has_range, has_steps, is_even, lower
 from lumped.language.quantity import Param
 from lumped.language.switch import Hold, Single, When
 
@@ -294,7 +294,11 @@ class Template:
             a for a, _ in itertools.takewhile(lambda p: p[0] == p[1], pairs)
         )
 
-    def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
+    def inside_smooth(self) -> Kinks:
+        """Kinks inside `smooth`."""
+        return _Smooth(self)
+
+    def piece(self, node: Piecewise, place: ca.SX, told: bool = True) -> ca.SX:
         """Settings of the piece that a place is in.
 
         The knots of a spline are watched only where they are known before the run: its slope and
@@ -303,14 +307,15 @@ class Template:
         if node.pieces.period is not None and self.present(place):
             return Plain().piece(node, place)
         width = node.pieces.width
+        what = node.pieces, told
         for known in self.relations:
-            if known.pieces == node.pieces and ca.is_equal(known.greater, place, 100):
+            if (known.pieces, known.told) == what and ca.is_equal(known.greater, place, 100):
                 return ca.vertcat(*self.modes[known.mode : known.mode + width])
         first = len(self.modes)
         self.modes += [ca.SX.sym("piece") for _ in range(width)]
         sides = text(node.of), "a point of a table"
         begin = self.modes[first + 1]
-        self.relations.append(Relation(first, place, begin, False, sides, None, node.pieces))
+        self.relations.append(Relation(first, place, begin, False, sides, None, node.pieces, told))
         return ca.vertcat(*self.modes[first:])
 
     def _analyse(self, expression: ca.SX) -> Residual:
@@ -342,3 +347,25 @@ class Template:
             values=values,
             affine=affine,
         )
+
+
+class _Smooth(Plain):
+    """Kinks inside `smooth`: the points of a table of time are passed one by one, without events.
+
+    They are known before a run and none comes twice, so that no evaluation looks at all rows.
+    """
+
+    def __init__(self, template: Template) -> None:
+        self._template = template
+
+    def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
+        """Settings of the piece that a place is in."""
+        template = self._template
+        is_of_time = ca.depends_on(place, template.time) and not template.present(place)
+        if node.pieces.period is None and is_of_time and is_even(place, template.time):
+            return template.piece(node, place, told=False)
+        return super().piece(node, place)
+
+    def inside_smooth(self) -> Kinks:
+        """The same."""
+        return self

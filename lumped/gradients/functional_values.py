@@ -14,7 +14,8 @@ from lumped.functionals import Functional
 from lumped.functionals.functional import Branch, readings_of, refuse_other
 from lumped.functionals.readings import Integral, Reading
 from lumped.gradients.forward import Followed
-from lumped.gradients.legs import legs_of
+from lumped.gradients.joined_pieces import join_pieces
+from lumped.gradients.legs import Leg, pieces_of
 from lumped.gradients.readings.functional_terms import ReadParts
 from lumped.gradients.readings.instant_terms import AdjointPoint, InstantTerms, ReadingTerms
 from lumped.gradients.saltation import crossings_of
@@ -130,6 +131,8 @@ class RunReadings:
         What they are.
     rtol : float
         Accuracy of the run.
+    joins : bool
+        Smooth parts go on over points of tables; only for derivatives backwards.
 
     Attributes
     ----------
@@ -153,8 +156,11 @@ class RunReadings:
         If the run, or one of them, has no derivative.
     """
 
-    def __init__(self, run: Trajectory, wanted: Sequence[Reading], rtol: float) -> None:
-        system, legs = run.system, legs_of(run)
+    def __init__(
+        self, run: Trajectory, wanted: Sequence[Reading], rtol: float, *, joins: bool = False
+    ) -> None:
+        system, pieces = run.system, pieces_of(run)
+        legs = [Leg(run, p) for p in (join_pieces(run, pieces, wanted) if joins else pieces)]
         integrals = {k: f for k, f in enumerate(wanted) if isinstance(f, Integral)}
         products = tuple(tuple(map(system.key, f.factors)) for f in integrals.values())
         crossings = crossings_of(run, legs, rtol)

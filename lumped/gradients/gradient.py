@@ -237,7 +237,7 @@ def gradient_of(
     run = record_run(system, plan)
     begin = clock.perf_counter()
     read = readings_of(wanted)
-    summed = RunReadings(run, read, tighten(rtol))
+    summed = RunReadings(run, read, tighten(rtol), joins=True)
     swept, columns, guards = summed.sweep_back()
     found = [_chain_derivatives(run, plan.start, places, varied, order) for order in swept.found]
     errors = np.array([swept.errors[column].max(initial=0.0) for column in columns])

@@ -106,7 +106,7 @@ class Leg:
     def _settings_at(self, places: np.ndarray) -> np.ndarray:
         if len(self._m) == 1:
             return self._m.repeat(len(places), axis=0)
-        return self._m[np.searchsorted(self._of_run, places, "right") - 1]
+        return self._m[np.searchsorted(self._of_run[self._kept], places, "right") - 1]
 
     @property
     def _has_all(self) -> bool:

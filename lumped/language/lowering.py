@@ -69,6 +69,9 @@ class Kinks(Protocol):
     def note_branches(self, mode: ca.SX, branches: Branches) -> None:
         """Note the values, 1 or 0, that other modes must have for a mode to matter."""
 
+    def inside_smooth(self) -> Kinks:
+        """Kinks inside `smooth`."""
+
 
 class Plain:
     """Kinks that are not watched: each evaluation chooses the piece."""
@@ -90,6 +93,10 @@ class Plain:
 
     def note_branches(self, mode: ca.SX, branches: Branches) -> None:
         """Nothing to note, as no mode is watched."""
+
+    def inside_smooth(self) -> Kinks:
+        """They are not watched there either."""
+        return Plain()
 
 
 def lower(
@@ -113,7 +120,7 @@ def lower(
     derivative : callable, optional
         Time derivative of an SX expression; without it ``der`` is refused.
     kinks : Kinks, optional
-        How kinks are lowered; by default they are not watched, as inside `smooth`.
+        How kinks are lowered; by default they are not watched.
 
     Raises
     ------
@@ -131,7 +138,9 @@ def lower(
     chosen: dict[int, ca.SX] = {}
     for node in nodes:
         if isinstance(node, Smooth):
-            done[id(node)] = lower(node.of, leaf, time=time, derivative=derivative)
+            done[id(node)] = lower(
+                node.of, leaf, time=time, derivative=derivative, kinks=watched.inside_smooth()
+            )
             continue
         args = [done[id(child)] for child in node.children()]
         if isinstance(node, ConstantExpression):
@@ -255,6 +264,12 @@ def _between(number: ca.SX, share: ca.SX, heights: list[ca.SX]) -> ca.SX:
         left += ca.if_else(here, heights[i], 0)
         right += ca.if_else(here, heights[i + 1], 0)
     return left + share * (right - left)
+
+
+def is_even(argument: ca.SX, time: ca.SX) -> bool:
+    """Whether an expression is linear in the time between changes of modes."""
+    slope = ca.jacobian(argument, time)
+    return not ca.depends_on(slope, time) and not has_steps(argument, time)
 
 
 def has_steps(expression: ca.SX, symbols: ca.SX) -> bool:

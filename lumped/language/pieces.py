@@ -41,13 +41,17 @@ class Pieces:
         return FIXED + len(self.rows[0])
 
     @cached_property
+    def _begins(self) -> np.ndarray:
+        return np.array(self.begins)
+
+    @cached_property
     def table(self) -> np.ndarray:
         """Settings of the pieces, shape (n, width).
 
         With ``s`` the distance from the begin, the margin ``k0 + s (k1 + k2 s)`` is positive inside
         the piece and zero at its borders, where it falls outwards with the slope 1.
         """
-        n, begins = self.count, np.array(self.begins)
+        n, begins = self.count, self._begins
         if self.period is None:
             lengths = np.append(np.diff(begins), np.inf)
         else:
@@ -60,7 +64,7 @@ class Pieces:
 
     def number(self, place: np.ndarray) -> np.ndarray:
         """Number of the piece at each place; beyond one period the numbers go on."""
-        begins = np.array(self.begins)
+        begins = self._begins
         if self.period is None:
             found: np.ndarray = np.searchsorted(begins[1:], place, side="right")
             return found
@@ -73,7 +77,7 @@ class Pieces:
 
     def begin(self, number: np.ndarray) -> np.ndarray:
         """Begins of pieces; the first one without a period has the place from which s counts."""
-        begins = np.array(self.begins)
+        begins = self._begins
         if self.period is None:
             found: np.ndarray = begins[np.clip(number, 0, self.count - 1)]
             return found

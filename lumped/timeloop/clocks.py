@@ -8,9 +8,9 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.condition import Condition, is_even
+from lumped.compiler.condition import Condition
 from lumped.compiler.system import System
-from lumped.language.lowering import has_steps
+from lumped.language.lowering import has_steps, is_even
 from lumped.numerics.interval_bounds import interval_bounds
 from lumped.support.made_once import Recent, made_once
 

@@ -35,7 +35,8 @@ class Instants:
     edges : ndarray, shape (k + 2,)
         Begin of the span, the instants, and its end.
     words : list of (str, str, str)
-        What changes at each: the components, and their pieces before and after in words.
+        What changes at each: the components, and their pieces before and after in words; empty
+        where nobody needs to know.
     places : ndarray of int, shape (m,)
         Modes that depend on the time alone.
     modes : ndarray, shape (k + 1, m)
@@ -139,7 +140,7 @@ class _InstantSearch:
             first = changes[-1].copy()
             for need in clock.needs:
                 first &= ~changes[need]
-            where = np.flatnonzero(first)
+            where = np.flatnonzero(first & clock.condition.relation.told)
             if len(where):
                 name, texts = clock.condition.name, clock.condition.texts
                 pairs = zip(texts(numbers[where]), texts(numbers[where + 1]), strict=True)

@@ -67,6 +67,7 @@ class Simulation:
         self.events += [
             Event(t, name, "time", before, after)
             for t, (name, before, after) in zip(times, words, strict=True)
+            if name
         ]
         return self.instants.edges
 

@@ -194,7 +194,7 @@ class Points(NamedTuple):
 
 
 @made_once
-def _look(system: System, factors: tuple[str, ...]) -> ManyPoints:
+def look_along(system: System, factors: tuple[str, ...]) -> ManyPoints:
     """A product of quantities and its slope."""
     y, _, _, along = _slopes(system, factors)
     return ManyPoints(ca.Function("look", system.inputs, [ca.densify(ca.vertcat(y, along))]))
@@ -205,7 +205,7 @@ class ProductCurve:
 
     def __init__(self, course: SmoothParts, factors: tuple[str, ...]) -> None:
         self.course, self.run, self.legs, self.factors = course, course.run, course.legs, factors
-        self.look = _look(course.run.system, factors)
+        self.look = look_along(course.run.system, factors)
 
     def spans(self, between: Window = None) -> Iterator[tuple[np.ndarray, Span]]:
         """Steps, some at once, and the smooth part of each of their ends."""

@@ -118,7 +118,7 @@ def _measure_misses(curve: ProductCurve, origins: list[np.ndarray]) -> list[np.n
         given = span.theta, t, span.t[after], span.x[own], span.m[own], span.is_implicit[own]
         x = states_at_ends(curve.course.steps, *given)
         found = curve.look(x, span.theta, span.t[after], span.m[own])
-        off = np.abs(found - curve.look(span.x[after], span.theta, span.t[after], span.m[after]))
+        off = np.abs(found - curve.look(span.x[after], span.theta, span.t[after], span.m[own]))
         off[:, 1] *= span.t[after] - t  # a slope that is off moves the turning points
         for number in np.unique(numbers[own]).tolist():
             of_leg = numbers[own] == number
