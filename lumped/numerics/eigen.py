@@ -2,7 +2,9 @@
 
 An undamped drive has a diagonal scaling that makes its matrix skew-symmetric; where it couples
 only torsions with speeds, its natural frequencies are singular values of one block (the SVD of
-``M^-1/2 B C^1/2``), whose accuracy does not suffer from extreme stiffness elsewhere.
+``M^-1/2 B C^1/2``), whose accuracy does not suffer from extreme stiffness elsewhere. Damping that
+is a sum of a part of the inertias and a part of the stiffnesses leaves its shapes as they are
+(Rayleigh, The Theory of Sound, 97).
 """
 
 from __future__ import annotations
@@ -10,13 +12,20 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
+from lumped.numerics.singular_factors import factors_of
 from lumped.numerics.skew_scaling import skew_scaling, two_colours
 from lumped.support.arrays import Boolean, Complex, Real
 
 _SWEEPS = 20
+_NONE = 1e-12
+"""Singular values below, of the largest times their number, are zero."""
+_SHIFT = 1e-9
+"""Distance of a shift from zero, of the size of a matrix."""
 _BESIDE = 1e-10
 """Relative distance of a shift from its eigenvalue."""
 _TURNS = 3
+_ALIKE = 1e-14
+"""Relative difference of numbers that are the same but for rounding."""
 
 
 def eigenpairs(a: Real) -> tuple[Complex, Complex]:
@@ -36,7 +45,7 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
     sparse = scipy.sparse.csr_array(a)
     scale = skew_scaling(sparse)
     if scale is None:
-        return _general(a)
+        return _proportional(sparse) or _general(a)
     skew = scale[:, None] * a / scale[None, :]
     colour = two_colours(sparse)
     if colour is None:
@@ -68,7 +77,98 @@ def _rank(a: Real) -> int:
             size = np.sqrt(np.abs(a).max(axis=axis, keepdims=True, initial=0.0))
             a = a / np.where(size > 0, size, 1.0)
     sizes = np.linalg.svd(a, compute_uv=False)
-    return int((sizes > 1e-12 * len(a) * sizes.max(initial=0.0)).sum())
+    return int((sizes > _NONE * len(a) * sizes.max(initial=0.0)).sum())
+
+
+def _equilibrate(a: scipy.sparse.csr_array) -> tuple[scipy.sparse.csr_array, Real]:
+    """A matrix with rows and columns of equal size (see `_rank`), and the scales of the columns."""
+    columns = np.ones(a.shape[1])
+    for _ in range(_SWEEPS):
+        for axis in (1, 0):
+            size = np.sqrt(abs(a).max(axis=axis).toarray().ravel())
+            back = scipy.sparse.diags_array(1 / np.where(size > 0, size, 1.0))
+            a = back @ a if axis else a @ back
+            columns = columns if axis else columns * back.diagonal()
+    return a, columns
+
+
+def _null_vectors(a: Real, count: int) -> Real | None:
+    """So many vectors that a matrix maps to zero, in columns; None if there are not so many.
+
+    Then at least as many singular values are zero as `_rank` has it, without an SVD.
+    """
+    even, columns = _equilibrate(scipy.sparse.csr_array(a))
+    size = float(np.sqrt(abs(even).sum(axis=0).max() * abs(even).sum(axis=1).max()))
+    factors = factors_of(even - _SHIFT * size * scipy.sparse.eye_array(len(a)))
+    if factors is None:
+        return None
+    found = np.random.default_rng(0).standard_normal((len(a), count))
+    for _ in range(_TURNS):
+        found = scipy.linalg.qr(factors.solve(found), mode="economic")[0]
+    if not np.linalg.norm(even @ found, 2) <= _NONE * len(a):
+        return None
+    return columns[:, None] * found
+
+
+def _proportional(a: scipy.sparse.csr_array) -> tuple[Complex, Complex] | None:
+    """Eigenpairs of a drive whose damping is proportional to inertias and stiffnesses; else None.
+
+    With ``G = U s V'`` and ``H = alpha + beta G G'``, ``u' = G v - H u`` and ``v' = -G' u`` fall
+    into ``l^2 + (alpha + beta s^2) l + s^2 == 0``.
+    """
+    elastic = scipy.sparse.csr_array(a * (a * a.T < 0))
+    elastic.eliminate_zeros()
+    if scipy.sparse.csgraph.connected_components(elastic, directed=False)[0] > 1:
+        return None
+    scale, colour = skew_scaling(elastic), two_colours(elastic)
+    if scale is None or colour is None:
+        return None
+    damping = elastic - a
+    damping.eliminate_zeros()
+    if colour[damping.nonzero()[0][0]]:
+        colour = ~colour
+    one, two = np.flatnonzero(~colour), np.flatnonzero(colour)
+    if damping[two].nnz or damping[:, two].nnz:
+        return None
+    both = scipy.sparse.diags_array(scale), scipy.sparse.diags_array(1 / scale)
+    block = (both[0] @ elastic @ both[1])[one][:, two]
+    shares = _find_shares((both[0] @ damping @ both[1])[one][:, one], block @ block.T)
+    if shares is None:
+        return None
+    left, size, right = scipy.linalg.svd(block.toarray())
+    pairs, n = len(size), a.shape[0]
+    if size.min(initial=np.inf) <= _NONE * n * size.max(initial=0.0):
+        return None
+    half = 0.5 * (shares[0] + shares[1] * size**2)
+    root = np.sqrt((half - size) * (half + size) + 0j)
+    first = -half - root
+    values = np.zeros(n, dtype=complex)
+    values[: 2 * pairs] = np.concatenate([first, size**2 / first])
+    vectors = np.zeros((n, n), dtype=complex)
+    vectors[one, : 2 * pairs] = np.tile(left[:, :pairs], 2) * values[: 2 * pairs]
+    vectors[two, : 2 * pairs] = np.tile(-right[:pairs].T * size, 2)
+    # what is left does not bend: either torsions or speeds
+    vectors[one, 2 * pairs : pairs + len(one)] = left[:, pairs:]
+    vectors[two, 2 * pairs : pairs + len(two)] = right[pairs:].T
+    values[2 * pairs : pairs + len(one)] = -shares[0]
+    lengths = np.linalg.norm(vectors, axis=0)
+    return zero_rounding(values, n), (vectors / lengths / scale[:, None]).T
+
+
+def _find_shares(
+    damping: scipy.sparse.csr_array, stiffness: scipy.sparse.csr_array
+) -> tuple[float, float] | None:
+    """The numbers of ``damping == alpha + beta stiffness``, exact to rounding; None without any."""
+    i, j = (abs(damping) + abs(stiffness)).nonzero()
+    d, c, own = damping[i, j], stiffness[i, j], i == j
+    ratios = d[~own] / c[~own] if c[~own].all() else np.full(1, np.nan)
+    beta = float(np.median(ratios)) if len(ratios) else 0.0
+    alpha = float(np.median((d - beta * c)[own]))
+    if abs(alpha) <= _ALIKE * abs(beta) * c[own].max():
+        alpha = 0.0
+    off = np.abs(d - alpha * own - beta * c)
+    fits = (off <= _ALIKE * (abs(alpha) * own + np.abs(beta * c))).all()
+    return (alpha, beta) if fits else None
 
 
 def _by_singular_values(skew: Real, colour: Boolean) -> tuple[Complex, Complex]:
@@ -93,15 +193,20 @@ def _general(a: Real) -> tuple[Complex, Complex]:
     values, vectors = scipy.linalg.eig(balanced)
     still = zero_rounding(values, len(a)) == 0
     if still.any():
-        # a defective zero (an angle kept beside its speed) has fewer vectors than its count
-        lost = max(_rank(a @ a) - int((~still).sum()), 0)
-        count = len(a) - _rank(a) + lost
-        rest = np.linalg.svd(balanced)[2][len(a) - count :].T
+        inverse = transform.T / (transform.sum(axis=0) ** 2)[:, None]
+        null = _null_vectors(a, int(still.sum()))
+        if null is not None:
+            rest = scipy.linalg.qr(inverse @ null, mode="economic")[0]
+        else:
+            # a defective zero (an angle kept beside its speed) has fewer vectors than its count
+            lost = max(_rank(a @ a) - int((~still).sum()), 0)
+            count = len(a) - _rank(a) + lost
+            rest = np.linalg.svd(balanced)[2][len(a) - count :].T
         values = np.concatenate([values[~still], np.zeros(rest.shape[1])])
         vectors = np.hstack([vectors[:, ~still], rest])
     values = np.where(np.abs(values.real) <= 1e-14 * np.abs(values), 1j * values.imag, values)
     values = zero_rounding(values, len(a))
-    return values, (transform @ vectors).T
+    return values, (scipy.sparse.csr_array(transform) @ vectors).T
 
 
 def zero_rounding(values: Complex, n: int) -> Complex:

@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy
 from drive_chains import Pendulum, damped_pair, uniform, uniform_hertz
 from rows import in_a_row, in_rows
 
 import lumped as lp
 from lumped.components import (
     Constant,
+    Damper,
     DCMotor,
     ElastoBacklash,
     Fixed,
@@ -18,6 +20,7 @@ from lumped.components import (
     Inertia,
     Resistor,
     Spring,
+    SpringDamper,
     VoltageSource,
 )
 
@@ -183,3 +186,52 @@ def test_shapes_are_scaled_by_angles_though_voltages_are_larger():
 def test_a_model_in_which_nothing_moves_prints_its_lack_of_modes():
     modes = lp.modes(lp.assemble(lp.compose(wanted=Constant(k=3.0))))
     assert "0 oscillating and 0 rigid-body modes, 0 decays" in repr(modes)
+
+
+def damped_chain(n, alpha, beta, vary=0.0):
+    """Equal discs on equal springs with dampers beside them, and dampers to the ground."""
+    J, c = 0.3, 2e4
+    row = [(f"body{i}", Inertia(J=J)) for i in range(n)]
+    shafts = [SpringDamper(c=c, d=beta * c * (1 + vary * i)) for i in range(n - 1)]
+    aside = [Damper(d=alpha * J) for _ in range(n)] if alpha else []
+
+    def connections(m):
+        bodies = [getattr(m, name) for name, _ in row]
+        yield from lp.chain(
+            *(p for pair in zip(bodies, m.shaft, strict=False) for p in pair), bodies[-1]
+        )
+        for body, damper in zip(bodies, m.brake if alpha else (), strict=False):
+            yield lp.connect(body.flange_a, damper.flange_a)
+            yield lp.connect(damper.flange_b, m.ground.flange)
+
+    more = {"brake": aside, "ground": Fixed()} if alpha else {}
+    return lp.assemble(lp.compose(**dict(row), shaft=shafts, **more, connections=connections))
+
+
+@pytest.mark.parametrize(("alpha", "beta"), [(0.0, 1e-4), (0.8, 0.0), (0.8, 1e-4), (0.0, 1e-2)])
+def test_proportional_damping_keeps_undamped_shapes(alpha, beta, monkeypatch):
+    n = 120
+    monkeypatch.setattr(scipy.linalg, "eig", None)  # too slow for many inertias
+    found = lp.modes(damped_chain(n, alpha, beta))
+    w = 2 * np.pi * uniform_hertz(n, 0.3, 2e4)
+    half = 0.5 * (alpha + beta * w**2)
+    slow = half < w
+    np.testing.assert_allclose(2 * np.pi * found.hertz, w[slow], rtol=1e-12)
+    np.testing.assert_allclose(found.damping, (half / w)[slow], rtol=1e-9)
+    fast = half[~slow] + np.sqrt(half[~slow] ** 2 - w[~slow] ** 2)
+    decays = np.concatenate([-fast, -(w[~slow] ** 2) / fast, [-alpha] * (alpha > 0)])
+    np.testing.assert_allclose(found.decays, np.sort(decays), rtol=1e-12)
+    assert found.rigid == (alpha == 0)
+
+
+def test_a_rigid_motion_beside_damping_needs_no_singular_values(monkeypatch):
+    system = damped_chain(60, 0.0, 1e-4, vary=0.01)
+    expected = np.linalg.eigvals(lp.linearise(system).A)
+    monkeypatch.setattr(np.linalg, "svd", None)
+    found = lp.modes(system)
+    upper = expected[expected.imag > 1e-6]
+    np.testing.assert_allclose(
+        found.eigenvalues, upper[np.argsort(np.abs(upper))], rtol=1e-9, atol=1e-9
+    )
+    assert found.rigid == 1
+    assert found.rigid_shape("body7.phi") == pytest.approx([1.0], rel=1e-12)
