@@ -90,6 +90,9 @@ class BearingFriction(_OnShaft):
     symbol = "bearing"
     characteristic: Characteristic = ()
 
+    def rating(self) -> tuple[str, Expr]:
+        return "N.m", friction_at(self.characteristic, 0.0)
+
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         yield dry_friction(
@@ -111,6 +114,9 @@ class Brake(_OnShaft):
     f_max: Param = param("N", "normal force at u = 1", min=0)
     u: Input = Input("1", "normal force over its greatest value")
     f_n: Var = var("N", "normal force")
+
+    def rating(self) -> tuple[str, Expr]:
+        return "N.m", friction_at(self.characteristic, 0.0) * self.c_geo * self.f_max
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
@@ -161,6 +167,9 @@ class Clutch(_Pressed):
     f_n: Var = var("N", "normal force")
     position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
 
+    def rating(self) -> tuple[str, Expr]:
+        return "N.m", friction_at(self.characteristic, 0.0) * self.c_geo * self.f_max
+
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         yield self.f_n == self.f_max * self.u
@@ -187,6 +196,9 @@ class OneWayClutch(_Pressed):
     f_max: Param = param("N", "normal force at u = 1", 0.0, min=0)
     f_n: Var = var("N", "normal force")
     position: Var = var("1", "1 sliding, 0 locked")
+
+    def rating(self) -> tuple[str, Expr]:
+        return "N.m", friction_at(self.characteristic, 0.0) * self.c_geo * self.f_max
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()

@@ -58,6 +58,9 @@ class GearMesh(Component):
     v: Var = var("m/s", "rate of the deflection")
     f: Var = var("N", "force along the line of action")
 
+    def rating(self) -> tuple[str, Expr]:
+        return "1", self.r_b / self.r_a
+
     def equations(self) -> Iterator[Equation]:
         a, b, housing = self.flange_a, self.flange_b, self.support
         phi_a, phi_b = a.phi - housing.phi, b.phi - housing.phi

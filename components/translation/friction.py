@@ -50,6 +50,9 @@ class SupportFriction(_OnRod):
     symbol = "bearing"
     characteristic: Characteristic = ()
 
+    def rating(self) -> tuple[str, Expr]:
+        return "N", friction_at(self.characteristic, 0.0)
+
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         yield dry_friction(
@@ -91,6 +94,9 @@ class Brake(_OnRod):
     u: Input = Input("1", "normal force over its greatest value")
     f_n: Var = var("N", "normal force")
 
+    def rating(self) -> tuple[str, Expr]:
+        return "N", friction_at(self.characteristic, 0.0) * self.c_geo * self.f_max
+
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         yield self.f_n == self.f_max * self.u
@@ -126,6 +132,9 @@ class FrictionPair(Component):
     f: Var = var("N", "friction force on flange b")
     f_n: Var = var("N", "normal force")
     position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
+
+    def rating(self) -> tuple[str, Expr]:
+        return "N", friction_at(self.characteristic, 0.0) * self.f_max
 
     def equations(self) -> Iterator[Item]:
         yield self.s_rel == self.flange_b.s - self.flange_a.s

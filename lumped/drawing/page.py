@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Protocol
 
 from lumped.compiler.system import System
 from lumped.drawing.inline import inline
+from lumped.drawing.inline_schematic import inline_schematic
 from lumped.drawing.page_frame import prose, report_page, table
 from lumped.drawing.page_print import find_printer, write_page
 from lumped.drawing.page_run import Told, comparison, energy, events, sizes
-from lumped.drawing.schematic import schematic
+from lumped.drawing.part_values import part_texts
 from lumped.language.declared import text_of
 from lumped.simulation.sizing import Sizing
 from lumped.simulation.work_precision import WorkPrecision
@@ -119,7 +120,7 @@ def report_html(
     sections = (
         *((head, prose(body)) for head, body in (text or {}).items()),
         *comparison(list(compared), marks or {}),
-        ("Schematic", inline(schematic(system), f"Schematic of {system.name}", "schematic")),
+        ("Schematic", _draw_schematic(system)),
         ("Figures", "\n".join(drawn)),
         ("Events", events(runs or {}, choice)),
         ("Energy balance", energy(runs or {}, choice)),
@@ -132,6 +133,11 @@ def report_html(
     )
     write_page(target, report_page(name, sections), printer)
     return target
+
+
+def _draw_schematic(system: System) -> str:
+    texts = part_texts(system, system.theta({}))
+    return inline_schematic(system, texts, f"Schematic of {system.name}", "schematic")
 
 
 def _model(system: System) -> str:

@@ -11,7 +11,11 @@ import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
+
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 
 from lumped.drawing.netlist import Frame, Item, Netlist
 from lumped.drawing.shaft_line import Placed
@@ -20,10 +24,10 @@ from lumped.drawing.terminals import Terminal, terminals
 Point = tuple[float, float]
 
 CELL = (0.62, 0.56)  # inch, of a symbol with its leads and without its label
-LABEL = 0.15  # inch below the symbol
-LETTER, SMALL = 0.063, 0.047  # inch, of a label and of a value
+LETTERS = 8.25  # points, 11 pixels on a page
+LABEL, VALUE = 0.18, 0.13  # inch below the symbol, and above one with a value
 ASIDE = 0.05  # inch between a wire and the label to its right
-PITCH, BORDER, TITLE, GAP = 0.1, 0.08, 0.2, 0.09  # inch
+PITCH, BORDER, TITLE, GAP = 0.1, 0.08, 0.22, 0.09  # inch
 
 
 @dataclass(eq=False)
@@ -93,8 +97,19 @@ def route(plan: Netlist, placed: Placed, values: Mapping[str, str]) -> Routed:
                 port.offset += 0.11 / (shift + 1)
     zones = _Zones(plan, placed)
     x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed, ports, values))
-    y = _Axis(placed.height, runs.rows, zones, 1, [CELL[1] + LABEL] * placed.height)
+    heights = [CELL[1] + LABEL] * placed.height
+    for item, (_, row) in placed.cells.items():
+        if values.get(item.path):
+            heights[row] = CELL[1] + LABEL + VALUE
+    y = _Axis(placed.height, runs.rows, zones, 1, heights)
     return _draw_wires(plan, placed, ports, runs, (x, y), zones)
+
+
+@cache
+def measure_text(text: str) -> float:
+    """Width of a text in the picture, inch."""
+    font = FontProperties(size=LETTERS)
+    return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0]) / 72
 
 
 def text_place(ports: Iterable[Terminal], side: str) -> tuple[float, bool]:
@@ -112,11 +127,11 @@ def _widths(placed: Placed, ports: list[Terminal], values: Mapping[str, str]) ->
         ends[port.item].append(port)
     widths = [CELL[0]] * placed.width
     for item, (column, _) in placed.cells.items():
-        below, above = LETTER * len(item.label), SMALL * len(values.get(item.path, ""))
+        below, above = measure_text(item.label), measure_text(values.get(item.path, ""))
         for side, length in (("B", below), ("T", above)):
             at, aside = text_place(ends[item], side)
             wide = 2 * (at + length) if aside and length else length
-            widths[column] = max(widths[column], wide - GAP)  # half of it in the channels
+            widths[column] = max(widths[column], wide)
     return widths
 
 
@@ -285,7 +300,9 @@ class _Axis:
                     at += TITLE - BORDER if axis and zone > 0 else 0.0
             at += GAP
             if channel < count:
-                self.centres.append(at + sizes[channel] / 2)
+                below = LABEL if axis else 0.0
+                own = CELL[axis] if axis else sizes[channel]
+                self.centres.append(at + sizes[channel] - below - own / 2)
                 at += sizes[channel]
         self.size = at
 
@@ -322,9 +339,7 @@ def _draw_wires(
 ) -> Routed:
     columns, rows = along = runs.columns, runs.rows
     x, y = axes
-    centres = {
-        item: (x.centres[c], y.centres[r] - LABEL / 2) for item, (c, r) in placed.cells.items()
-    }
+    centres = {item: (x.centres[c], y.centres[r]) for item, (c, r) in placed.cells.items()}
     wires: list[list[tuple[Point, Point]]] = [[] for _ in plan.nets]
     on: dict[_Run, set[float]] = defaultdict(set)  # places at which others join it, in inches
     places, facing = [], defaultdict(list)
@@ -352,7 +367,7 @@ def _draw_wires(
                 on[other].add(x.lane(channel, run))
     for n, left, right, mark in runs.passes:
         row = int(mark) // 2
-        height = y.centres[row] - LABEL / 2 + (mark - 2 * row - 1) * CELL[1]
+        height = y.centres[row] + (mark - 2 * row - 1) * CELL[1]
         ends = [(x.lane(channel, columns[channel, n]), height) for channel in (left, right)]
         wires[n].append((ends[0], ends[1]))
         for channel in (left, right):

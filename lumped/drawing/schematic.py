@@ -17,7 +17,7 @@ from matplotlib.text import Text
 from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
 from lumped.drawing.placing import WIDEST, place
-from lumped.drawing.routing import CELL, Point, Routed, route, text_place
+from lumped.drawing.routing import CELL, LETTERS, Point, Routed, measure_text, route, text_place
 from lumped.drawing.strokes import Symbol
 from lumped.drawing.symbols import GROUND, SYMBOLS
 from lumped.drawing.terminals import Terminal
@@ -29,7 +29,7 @@ from lumped.support.arguments import checked
 READABLE = 60  # symbols
 SCALE = 0.25  # inch, half of a symbol
 MARGIN = 0.12  # inch
-HEAD, FOOT = 0.34, 0.24  # inch
+HEAD, FOOT = 0.34, 0.26  # inch
 STYLES = {  # colour, width in points, name in the legend
     "rotational flange": ("black", 1.5, "shaft"),
     "translational flange": ("#8a4b08", 1.5, "straight motion"),
@@ -93,13 +93,7 @@ def schematic(
         )
     if columns < 1:
         raise OptionError(f"schematic: columns = {columns}; at least one part stands in a row.")
-    plan = netlist(model, depth)
-    for item in plan.top.all_items():
-        if item.symbol not in SYMBOLS:
-            raise OptionError(
-                f"{item.path or item.label} ({item.kind}): there is no symbol '{item.symbol}'. "
-                f"Known: {', '.join(SYMBOLS)}."
-            )
+    plan = find_parts(model, depth)
     values = values or {}
     figure = draw(plan, route(plan, place(plan, columns), values), values, _find(plan, mark))
     if path is not None:
@@ -112,6 +106,24 @@ def schematic(
         with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": plan.name}):
             figure.savefig(path, dpi=100, metadata=undated)
     return figure
+
+
+def find_parts(model: Component | System, depth: int | None) -> Netlist:
+    """What is to be drawn.
+
+    Raises
+    ------
+    OptionError
+        If there is no symbol for something.
+    """
+    plan = netlist(model, depth)
+    for item in plan.top.all_items():
+        if item.symbol not in SYMBOLS:
+            raise OptionError(
+                f"{item.path or item.label} ({item.kind}): there is no symbol '{item.symbol}'. "
+                f"Known: {', '.join(SYMBOLS)}."
+            )
+    return plan
 
 
 def _find(plan: Netlist, mark: Iterable[str]) -> set[str]:
@@ -137,7 +149,7 @@ def draw(
     for frame, (x0, y0), (x1, y1) in routed.frames:
         _path(axes, [[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]], "#8a94a0", 0.7, 1)
         axes.patches[-1].set_gid(frame.path)
-        axes.text(x0 + 0.04, y0 + 0.03, frame.label, size=6.5, va="top", color="#4a5560")
+        axes.text(x0 + 0.04, y0 + 0.03, frame.label, size=LETTERS, va="top", color="#4a5560")
     for net, wires in zip(plan.nets, routed.wires, strict=True):
         colour, thick, _ = STYLES.get(net.kind, OTHER)
         _path(axes, [list(wire) for wire in wires], colour, thick, 3)
@@ -158,7 +170,7 @@ def draw(
             edges = [(x - half, y - up), (x + half, y - up), (x + half, y + up), (x - half, y + up)]
             _path(axes, [[*edges, edges[0]]], MARK, 0.0, 1.5, MARK)
         if item.path in values:
-            text = _write(axes, plain_text(values[item.path]), 5, centre, ends[item], "T")
+            text = _write(axes, plain_text(values[item.path]), centre, ends[item], "T")
             text.set_gid(f"value of {item.path}")
     _texts(axes, plan, routed)
     return figure
@@ -175,14 +187,15 @@ def _texts(axes: Axes, plan: Netlist, routed: Routed) -> None:
     count = len(routed.centres)
     if count > READABLE:
         note = f"{count} symbols are more than can be read well: draw parts, or with depth=1"
-        axes.text(1.0 + 0.09 * len(plan.name), -HEAD + 0.1, note, size=7, va="top", color="#c4261d")
+        at = 1.6 * measure_text(plan.name)
+        axes.text(at, -HEAD + 0.1, note, size=LETTERS, va="top", color="#c4261d")
     at = 0.0
     for kind in dict.fromkeys(net.kind for net in plan.nets):
         colour, thick, text = STYLES.get(kind, OTHER)
         y = routed.size[1] + FOOT / 2
         axes.plot([at, at + 0.2], [y, y], color=colour, linewidth=thick)
-        axes.text(at + 0.25, y, text, size=6, va="center")
-        at += 0.45 + 0.06 * len(text)
+        axes.text(at + 0.25, y, text, size=LETTERS, va="center")
+        at += 0.45 + measure_text(text)
 
 
 def _path(
@@ -225,24 +238,21 @@ def _symbol(axes: Axes, item: Item, centre: Point, ends: Ends) -> None:
             axes.patches[-1].set_gid(item.path)
     text = symbol.text
     if item.symbol == "box":
-        text = item.kind if len(item.kind) <= 9 else item.kind[:8] + "."
+        text = item.kind if len(item.kind) < 8 else item.kind[:6] + "."
     if text:
-        size = 8 if len(text) < 3 else 6 if len(text) < 6 else 4.6
-        axes.text(x, y, text, size=size, ha="center", va="center", zorder=5)
-    _write(axes, item.label, 6, centre, ends, "B")
+        axes.text(x, y, text, size=LETTERS, ha="center", va="center", zorder=5)
+    _write(axes, item.label, centre, ends, "B")
 
 
-def _write(
-    axes: Axes, text: str, size: float, centre: Point, ends: Ends, side: Literal["T", "B"]
-) -> Text:
+def _write(axes: Axes, text: str, centre: Point, ends: Ends, side: Literal["T", "B"]) -> Text:
     """Write above or below a symbol, beside the wires that come from there."""
     at, aside = text_place((port for port, _ in ends), side)
     sign, edge = (-1, "bottom") if side == "T" else (1, "top")
     return axes.text(
         centre[0] + at,
-        centre[1] + sign * (CELL[1] / 2 - 0.01),
+        centre[1] + sign * CELL[1] / 2 + 0.01,
         text,
-        size=size,
+        size=LETTERS,
         ha="left" if aside else "center",
         va=edge,
         zorder=6,

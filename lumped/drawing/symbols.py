@@ -37,7 +37,7 @@ GROUND = (line(0, 0.2, 0, 0), *hatch(-0.4, 0.4, 0.0))
 """Fixed housing below a port."""
 
 SYMBOLS: dict[str, Symbol] = {
-    "box": symbol(box(-0.75, -0.55, 0.75, 0.55)),
+    "box": symbol(box(-1.15, -0.55, 1.15, 0.55)),
     "port": symbol(oval(0, 0, 0.16)),
     "inertia": symbol(box(-0.2, -0.75, 0.2, 0.75, GREY)),
     "mass": symbol(box(-0.6, -0.45, 0.6, 0.45, GREY)),

@@ -56,20 +56,6 @@ def data(response: OrderResponse, units: Units) -> list[Datum]:
     return found
 
 
-def values(every: list[Datum]) -> dict[str, str]:
-    """Inertia and stiffness of each component, in a few characters."""
-    found: dict[str, list[str]] = {}
-    for datum in every:
-        if datum.unit == "1" and datum.name.startswith("ratio"):
-            text = f"i = {datum.format_value(4)}"
-        elif datum.unit in ("kg.m2", "N.m/rad"):
-            text = f"{datum.format_value(4)} {datum.shown}"
-        else:
-            continue
-        found.setdefault(datum.path, []).append(text)
-    return {path: texts[0] for path, texts in found.items() if len(texts) == 1}
-
-
 def data_table(every: list[Datum]) -> str:
     """All parameters that follow from no other.
 

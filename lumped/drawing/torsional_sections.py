@@ -8,11 +8,12 @@ from html import escape
 import numpy as np
 
 from lumped.drawing.inline import inline
+from lumped.drawing.inline_schematic import inline_schematic
 from lumped.drawing.page_frame import Section, prose, table
 from lumped.drawing.page_run import events
-from lumped.drawing.schematic import schematic
+from lumped.drawing.part_values import part_texts
 from lumped.drawing.torsional_assumptions import assumptions
-from lumped.drawing.torsional_data import data, data_table, values
+from lumped.drawing.torsional_data import data, data_table
 from lumped.drawing.torsional_figures import (
     campbell_figure,
     heat_figure,
@@ -25,8 +26,6 @@ from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import display, time_unit
 from lumped.support.text_table import number
 
-_COLUMNS = 6
-"""Parts side by side in the schematic, which then needs the width of a page."""
 _SMALL = 0.01
 """Amplitude over that of the largest order, from which on an order is listed."""
 
@@ -48,8 +47,8 @@ def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
     every = data(study.first, study.units)
     yield "Verdict", _verdict(study) if study.verdicts else ""
     name = f"Schematic of {study.system.name}"
-    picture = schematic(study.system, columns=_COLUMNS, values=values(every))
-    yield "Schematic", inline(picture, name, "schematic")
+    texts = part_texts(study.system, study.first.rotation.theta, study.units)
+    yield "Schematic", inline_schematic(study.system, texts, name, "schematic")
     yield "Inertias and stiffnesses", mass_elastic_table(study)
     yield "Natural frequencies and mode shapes", natural_frequencies(study)
     yield "Holzer tables", holzer_tables(study)

@@ -18,8 +18,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from bokeh.transform import dodge
 
-from lumped.drawing.inline import inline
-from lumped.drawing.schematic import schematic
+from lumped.drawing.inline_schematic import inline_schematic
 from lumped.explorer.live_text import LiveText, Post
 from lumped.explorer.measured import Measured
 from lumped.explorer.study import Study
@@ -88,8 +87,9 @@ class _Schematic(Picture):
     """The drive, whose texts change."""
 
     def __init__(self, study: Study, shown: Shown, post: Post) -> None:
-        drawn = schematic(study.system.model, values=shown["texts"])
-        self._text = LiveText(post, inline(drawn, study.system.name, "schematic"))
+        system, texts = study.system, shown["texts"]
+        drawn = inline_schematic(system.model, texts, system.name, "schematic")
+        self._text = LiveText(post, drawn)
         self.models = [self._text.model]
 
     def show(self, shown: Shown) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lumped.compiler.system import System
+from lumped.drawing.part_values import part_texts
 from lumped.errors import OptionError
 from lumped.explorer.sliders import Slider
 from lumped.explorer.study import Moment, Study, effects_on_run
@@ -74,23 +75,9 @@ def views(study: Study) -> tuple[View, ...]:
 # -- drive ---------------------------------------------------------------------------------------
 
 
-def find_part_texts(system: System, values: Mapping[str, float]) -> dict[str, tuple[str, str]]:
-    """The first parameter that is not zero of each part without parts, and what tells its value."""
-    p = system.structure.parameters
-    units = dict(zip(p.names, (declared.unit for declared in p.declared), strict=True))
-    leaves = {node.path for node in system.structure.tree.instances if not node.children}
-    found: dict[str, tuple[str, str]] = {}
-    for name, value in system.parameter_values(values).items():
-        part, _, own = name.rpartition(".")
-        if part in leaves and part not in found and value:
-            unit = "" if units[name] == "1" else f" {units[name]}"
-            found[part] = name, f"{own} = {number(value, 4)}{unit}"
-    return found
-
-
 def _schematic(moment: Moment, _: Sequence[Slider]) -> Shown:
-    told = find_part_texts(moment.study.system, moment.parameters)
-    return {"texts": {part: text for part, (_, text) in told.items()}}
+    system = moment.study.system
+    return {"texts": part_texts(system, system.theta(moment.parameters))}
 
 
 # -- vibration -----------------------------------------------------------------------------------

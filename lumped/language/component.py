@@ -188,6 +188,13 @@ class Component(RichHtml):
         """Power that it dissipates, W, of its own quantities; None if it does not say."""
         return None
 
+    def rating(self) -> tuple[str, Expr] | None:
+        """Unit and value of what schematics tell of it, of its own parameters.
+
+        None for the first parameter that is not zero.
+        """
+        return None
+
     def outline(self) -> Iterable[Outline]:
         """Moving shapes in a plane, for pictures: a name, and the points of a line, or one point.
 

@@ -14,13 +14,13 @@ from typing import Any
 from lumped.compiler.assemble import assemble
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
+from lumped.drawing.part_values import find_part_values, find_powers, part_texts
 from lumped.errors import OptionError
 from lumped.exchange.c_compiler import Linked, compile_sources, zig_compiler
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.interface import Interface, uneven_clocks
 from lumped.explorer.sliders import Ends
 from lumped.explorer.study import Start, Study, choose_quantities, choose_sliders, read_end
-from lumped.explorer.views import find_part_texts
 from lumped.functionals import Functional, highest, lowest
 from lumped.functionals.functional import watching
 from lumped.language.component import Component
@@ -150,7 +150,6 @@ def live_page(
     options: dict[str, Any] = {"until": end, "start": start, "rtol": rtol, "method": "steps"}
     first = simulate(system, parameters=parameters, grid=grid, **options)
     values = dict(zip(system.parameters, theta.tolist(), strict=True))
-    texts = find_part_texts(system, values)
     places = {name: place for place, name in enumerate(values)}
     declared = (p.declared[i] for i in p.free)
     data = {
@@ -171,18 +170,18 @@ def live_page(
         "ranges": _ranges(watched),
         "events": _event_words(system),
         "parts": {
-            part: {"place": places.get(name), "text": told} for part, (name, told) in texts.items()
+            part: told._asdict() | {"value": find_powers(system, told)}
+            for part, told in find_part_values(system).items()
         },
     }
-    from lumped.drawing.inline import inline
+    from lumped.drawing.inline_schematic import inline_schematic
     from lumped.drawing.page_frame import fill_frame, prose
-    from lumped.drawing.schematic import schematic
 
-    drawn = schematic(system.model, values={part: told for part, (_, told) in texts.items()})
+    texts = part_texts(system, theta, {})
     folder = files("lumped.live")
     body = Template((folder / "page.html").read_text()).substitute(
         text=prose(text) if text else "",
-        schematic=inline(drawn, system.name, "s"),
+        schematic=inline_schematic(system.model, texts, system.name, "s"),
         data=json.dumps(data, ensure_ascii=False).replace("</", "<\\/"),
         code=base64.b64encode(code).decode(),
         script="\n".join((folder / f"{name}.js").read_text() for name in _SCRIPTS),

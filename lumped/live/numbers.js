@@ -14,6 +14,13 @@ function amount(value, unit, digits) {
   return told(value, digits) + (unit === "1" ? "" : " " + unit);
 }
 
+/* A value in three digits, forces and torques in larger units. */
+function short(value, unit) {
+  const larger = [[1e9, 1e9, "G"], [1e6, 1e6, "M"], [1e4, 1e3, "k"]].find(row => Math.abs(value) >= row[0]);
+  const [, factor, prefix] = (unit[0] === "N" && larger) || [0, 1, ""];
+  return amount(Number((value / factor).toPrecision(3)), prefix + unit, 6);
+}
+
 /* A number of the run from what the loop took; NaN where its event did not happen. */
 function numberOf(rule, taken) {
   const r = rule.places.map(place => {

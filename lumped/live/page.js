@@ -73,10 +73,11 @@ function tell(found) {
   for (const event of found.events.slice(0, SHOWN)) rowOf(events, [event.name + ": " + event.after, told(event.t, 6) + " s"]);
   if (found.eventCount > SHOWN) rowOf(events, [found.eventCount - SHOWN + " more", ""]);
   if (!found.events.length) rowOf(events, ["none", ""]);
-  for (const [part, text] of Object.entries(data.parts)) {
+  for (const [part, {head, unit, value}] of Object.entries(data.parts)) {
     const drawn = document.getElementById("s-value of " + part)?.querySelector("text");
-    const {name, unit} = data.parameters[text.place] ?? {};
-    if (drawn && name) drawn.textContent = name.split(".").pop() + " = " + amount(values[text.place], unit, 4);
+    if (!drawn) continue;
+    const sum = value?.powers.reduce((product, [i, k]) => product * values[i] ** k, value.factor);
+    drawn.textContent = value ? head + short(sum, unit) : "";
   }
 }
 

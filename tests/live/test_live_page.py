@@ -180,10 +180,15 @@ def test_numbers_of_a_run_are_those_of_an_ensemble(browser: Browser, tmp_path: P
     )  # fmt: skip
     shown(browser, page)
     move(browser, "shaft.c", -90)
+    move(browser, "brake.f_max", 7)
     values = parameters(browser)
+    drawn = "document.getElementById('s-value of brake').querySelector('text').textContent"
+    torque = system.parameter_values()["brake.c_geo"] * values["brake.f_max"] * 0.5  # of friction
+    assert browser.value(drawn) == f"{torque:.3g} N.m"
+    moved = {name: values[name] for name in sliders}
     stop = round((900.0 - 300.0) / 4.25) - 90  # of 400 of 4.25 N.m/rad each
     assert values["shaft.c"] == pytest.approx(300.0 + stop * 4.25, rel=1e-12)
-    found = lp.ensemble(system, over=[{"shaft.c": values["shaft.c"]}], until=4.0, of=OF_A_RUN)
+    found = lp.ensemble(system, over=[moved], until=4.0, of=OF_A_RUN)
     told = numbers(browser)
     for label in OF_A_RUN:
         expected = float(found[label][0])
