@@ -8,9 +8,11 @@ import lumped as lp
 from lumped.components import (
     Brake,
     Clutch,
+    ElasticPlanetary,
     GearMesh,
     IdealGear,
     Inertia,
+    Planetary,
     SpringDamper,
     Stribeck,
 )
@@ -88,3 +90,34 @@ def test_what_is_told_as_a_product_of_parameters():
 )
 def test_values_have_three_digits(value: float, unit: str, text: str):
     assert write_short(value, unit) == text
+
+
+ELASTIC = ElasticPlanetary(ratio=2.0, r_s=0.1, n=3, J_p=1.0, c_s=1e8, c_r=1e8)
+
+
+@pytest.mark.parametrize("stage", [Planetary(ratio=3.0), ELASTIC], ids=["rigid", "elastic"])
+@pytest.mark.parametrize("swap", [0, 1, 2])
+def test_planetary_sets_tell_sun_carrier_and_ring(stage: lp.Component, swap: int):
+    def connections(model):
+        ports = [model.stage.sun, model.stage.carrier, model.stage.ring]
+        for body, port in zip(model.body, ports[swap:] + ports[:swap], strict=True):
+            yield lp.connect(port, body.flange_a)
+
+    model = lp.compose(
+        body=[Inertia(J=1.0) for _ in range(3)], stage=stage, connections=connections
+    )
+    axes = lp.schematic(model).axes[0]
+    centres = {
+        patch.get_gid(): patch.get_path().get_extents().get_points().mean(axis=0)
+        for patch in axes.patches
+        if patch.get_gid()
+    }
+    letters = {t.get_text(): t for t in axes.texts if len(t.get_text()) == 1}
+    assert set(letters) == {"s", "c", "r"}
+    for i, letter in enumerate("scr"[swap:] + "scr"[:swap]):
+        at = np.array(letters[letter].get_position()) - centres["stage"]
+        to = centres[f"body[{i}]"] - centres["stage"]
+        others = [centres[f"body[{k}]"] - centres["stage"] for k in range(3) if k != i]
+        angle = [at @ v / np.linalg.norm(v) for v in (to, *others)]
+        assert angle[0] == max(angle), letter  # on the side of what is joined there
+        assert letters[letter].get_fontsize() >= 8.25  # points: 11 pixels
