@@ -20,7 +20,7 @@ from lumped.timeloop.results.trajectory import Trajectory
 
 MOST = 300  # frames
 SIZE = (5.0, 4.0)  # inch
-DOTS = 70  # per inch
+DOTS = 115  # per inch; letters of 10 points are 16 pixels high
 
 
 @checked
