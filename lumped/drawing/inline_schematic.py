@@ -13,7 +13,7 @@ from lumped.drawing.routing import route
 from lumped.drawing.schematic import draw, find_parts
 from lumped.language.component import Component
 
-PAGE = 8.6  # inch; A4 prints it with letters of 6.8 points
+PAGE = 7.8  # inch; A4 prints it with letters of 7.3 points
 _STYLE = """<style>
 .schematic { overflow-x: auto; }
 .schematic svg { width: var(--width); max-width: none; max-height: none; height: auto; }

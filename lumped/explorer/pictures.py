@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from html import escape
+from textwrap import fill
 from typing import Any
 
 from bokeh.models import (
@@ -77,7 +78,7 @@ def _legend(labels: Sequence[str], colours: Sequence[str]) -> str:
 
     Text beside the picture, because the library's own legends take a third of the time of painting.
     """
-    mark = '<b style="color: {}">\u2014</b> {}'
+    mark = '<span style="white-space: nowrap"><b style="color: {}">\u2014</b> {}</span>'
     return " &ensp; ".join(
         mark.format(c, escape(each)) for each, c in zip(labels, colours, strict=True)
     )
@@ -226,7 +227,7 @@ class _Curves(Picture):
         axes = _axes(
             post,
             x_axis_label=labels["x"],
-            y_axis_label=labels["y"],
+            y_axis_label=fill(labels["y"], 32),
             y_axis_type=shown["axes"]["scale"][0],
         )
         self._post = post
