@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from lumped.compiler.system import System
 from lumped.drawing.inline import inline
 from lumped.drawing.placing import WIDEST, place
-from lumped.drawing.routing import route
+from lumped.drawing.routing import Routed, route
 from lumped.drawing.schematic import draw, find_parts
 from lumped.language.component import Component
 
-PAGE = 7.8  # inch; A4 prints it with letters of 7.3 points
+PAGE = (7.8, 10.0)  # inch; A4 prints it with letters of 7.3 points
 _STYLE = """<style>
 .schematic { overflow-x: auto; }
 .schematic svg { width: var(--width); max-width: none; max-height: none; height: auto; }
@@ -22,7 +22,7 @@ _STYLE = """<style>
 
 
 def fit_schematic(model: Component | System, values: Mapping[str, str]) -> Figure:
-    """The lowest schematic that is no wider than a page, else the narrowest.
+    """The lowest schematic that fits on a page, else the one that exceeds it least.
 
     Parameters
     ----------
@@ -33,8 +33,12 @@ def fit_schematic(model: Component | System, values: Mapping[str, str]) -> Figur
     """
     plan = find_parts(model, None)
     tried = (route(plan, place(plan, columns), values) for columns in (WIDEST, *range(8, 2, -1)))
-    best = min(tried, key=lambda routed: (max(routed.size[0], PAGE), routed.size[1]))
-    return draw(plan, best, values)
+
+    def excess(routed: Routed) -> tuple[float, float]:
+        shares = (size / page for size, page in zip(routed.size, PAGE, strict=True))
+        return max(1.0, *shares), routed.size[1]
+
+    return draw(plan, min(tried, key=excess), values)
 
 
 def inline_schematic(
