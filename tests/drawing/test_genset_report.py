@@ -92,7 +92,7 @@ def test_the_genset_prints_on_a4(hall, tmp_path: Path):
         width = round(180 / 25.4 * 96)  # between the margins
         browser.size(width, 1000)
         assert browser.value("document.documentElement.scrollWidth") <= width
-        # letters of pictures, px; those of values in the schematic are smaller
+        # letters of pictures, px
         sizes = browser.value(
             "[...document.querySelectorAll('figure svg')]"
             ".map(s => Math.min(...[...s.querySelectorAll('text')].map(t => parseFloat("
@@ -100,7 +100,7 @@ def test_the_genset_prints_on_a4(hall, tmp_path: Path):
         )
         assert len(sizes) > 10
         points = [size * 72 / 96 for size in sizes]
-        assert points[0] > 4
+        assert points[0] > 5  # of the schematic
         assert min(points[1:]) > 6
 
 
