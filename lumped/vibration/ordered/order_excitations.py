@@ -1,8 +1,8 @@
-"""Amplitudes that excite an order response."""
+"""Amplitudes that excite an order response, and its orders."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TypeAlias
 
 import numpy as np
@@ -12,11 +12,15 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.support.arrays import Complex, Real
 from lumped.vibration.ordered.order_solution import Excitations
+from lumped.vibration.rotating.rotation import Rotation
 
 Amplitude: TypeAlias = complex | ArrayLike | Callable[[Real], ArrayLike]
 """Amplitude at all speeds, at each of them, or a function of the speeds, rad/s."""
 Given: TypeAlias = Mapping[str, Mapping[float, Amplitude]]
 """Amplitudes by inputs and orders."""
+
+HIGHEST = 12
+"""Order up to which torques are taken where no orders are named."""
 
 
 def find_excitations(system: System, given: Given, speeds: Real) -> Excitations:
@@ -68,3 +72,29 @@ def move_excitations(given: Given, known: Excitations, old: Real, speeds: Real) 
         }
         for name, harmonics in given.items()
     }
+
+
+def choose_orders(orders: Iterable[float] | None, wanted: Excitations, steady: Rotation) -> Real:
+    """Orders to compute, ascending."""
+    given = {order for harmonics in wanted.values() for order in harmonics}
+    if orders is None:
+        if steady.turns_matter:
+            given |= {i / steady.turns for i in range(1, HIGHEST * steady.turns + 1)}
+        if not given:
+            raise OptionError(
+                f"{steady.system.name}: nothing excites: no torque depends on {steady.shaft}. Add "
+                "parts whose torque does, such as cylinders or blades, or give excitations=."
+            )
+        return np.array(sorted(given))
+    chosen = np.array(sorted({float(order) for order in orders}))
+    if not len(chosen) or chosen[0] <= 0:
+        raise OptionError("order_response: orders must be positive periods for each turn.")
+    if steady.turns_matter:
+        cycles = chosen * steady.turns
+        for order in chosen[np.abs(cycles - np.rint(cycles)) > 1e-9].tolist():
+            if order not in given:
+                raise OptionError(
+                    f"order_response: order {order:g} is no whole number of periods in "
+                    f"{steady.turns} turn{'s' * (steady.turns > 1)} of {steady.shaft}; give turns=."
+                )
+    return chosen

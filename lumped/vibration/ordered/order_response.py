@@ -22,8 +22,10 @@ from lumped.vibration.ordered.linearity import Linearity, linearity, refuse_vibr
 from lumped.vibration.ordered.mean_power import mean_power
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_excitations import (
+    HIGHEST,
     Amplitude,
     Given,
+    choose_orders,
     find_excitations,
     move_excitations,
 )
@@ -36,6 +38,7 @@ from lumped.vibration.ordered.order_solution import (
 )
 from lumped.vibration.responses.amplitudes import refuse_rates
 from lumped.vibration.rotating.find_rotation import find_rotation
+from lumped.vibration.rotating.harmonics import find_met_order
 from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import (
     SmallVibrations,
@@ -74,6 +77,7 @@ class OrderResponse(OrderAmplitudes):
     unsettled: float
     _states: Complex
     _given: Given
+    _named: tuple[float, ...] | None
 
     @property
     def small(self) -> SmallVibrations:
@@ -99,7 +103,7 @@ class OrderResponse(OrderAmplitudes):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Where the linearisation does not hold."""
+        """Where the linearisation does not hold, and orders that nobody named."""
         return self.tell_notes(self.speeds)
 
     def tell_notes(self, speeds: Real) -> tuple[str, ...]:
@@ -108,7 +112,21 @@ class OrderResponse(OrderAmplitudes):
         known = [self.linearity, self.at_speeds(new).linearity if len(new) else None]
         found = sorted((each for each in known if each is not None), key=lambda own: -own.share)
         told = [k for k in found if k is found[0] or (k.released and not found[0].released)]
-        return tuple(each.note for each in told if each.note)
+        return (*(each.note for each in told if each.note), *self._left_out)
+
+    @cached_property
+    def _left_out(self) -> tuple[str, ...]:
+        """What higher orders meet, if none were named."""
+        if self._named is not None or not self.rotation.turns_matter:
+            return ()
+        first = find_met_order(self.small, self.rotation, HIGHEST)
+        if first is None:
+            return ()
+        order, hertz = first
+        return (
+            f"orders above {HIGHEST} were not computed, as none are named; from order {order:g} "
+            f"on they meet natural frequencies ({hertz:.4g} Hz) at these speeds",
+        )
 
     @cached_property
     def _inputs(self) -> Complex:
@@ -148,7 +166,7 @@ class OrderResponse(OrderAmplitudes):
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""
         steady = self.turning(self.speeds, parameters, at)
-        wanted = self.orders, self.excitations, self.damping_ratio, self._given
+        wanted = self.orders, self.excitations, self.damping_ratio, self._given, self._named
         return _respond(self.system, tuple(self.excitations), self.of, steady, *wanted)
 
     def at_speeds(self, speeds: Real) -> OrderResponse:
@@ -161,7 +179,7 @@ class OrderResponse(OrderAmplitudes):
         steady = steady.on_lines(speeds) if is_fixed else self.turning(speeds)
         given = move_excitations(self._given, self.excitations, self.speeds, speeds)
         moved = find_excitations(self.system, given, speeds)
-        wanted = self.orders, moved, self.damping_ratio, self._given
+        wanted = self.orders, moved, self.damping_ratio, self._given, self._named
         return _respond(self.system, tuple(self.excitations), self.of, steady, *wanted)
 
     @checked
@@ -312,8 +330,11 @@ def order_response(
         raise OptionError("order_response: name at least one quantity to observe, of=[...].")
     refuse_rates(system, inputs)
     found = find_rotation("order_response", system, shaft, grid, turns, at, parameters, free)
-    chosen = _orders(orders, wanted, found)
-    response = _respond(found.system, inputs, outputs, found, chosen, wanted, damping_ratio, given)
+    chosen = choose_orders(orders, wanted, found)
+    named = None if orders is None else tuple(chosen.tolist())
+    response = _respond(
+        found.system, inputs, outputs, found, chosen, wanted, damping_ratio, given, named
+    )
     if orders is not None:
         _refuse_still(response)
     return response
@@ -328,6 +349,7 @@ def _respond(
     wanted: Excitations,
     damping_ratio: float,
     given: Given,
+    named: tuple[float, ...] | None,
 ) -> OrderResponse:
     """The vibration about a steady rotation."""
     watched, laws = tuple(held.formula for held in ranges(system)), amplitude_laws(system)
@@ -356,6 +378,7 @@ def _respond(
         unsettled,
         solved.x,
         given,
+        named,
     )
 
 
@@ -367,29 +390,3 @@ def _refuse_still(response: OrderResponse) -> None:
             f"{response.system.name}: order {order:g} excites nothing; leave it out, or give its "
             "excitation."
         )
-
-
-def _orders(orders: Iterable[float] | None, wanted: Excitations, steady: Rotation) -> Real:
-    """Orders to compute, ascending."""
-    given = {order for harmonics in wanted.values() for order in harmonics}
-    if orders is None:
-        if steady.turns_matter:
-            given |= {i / steady.turns for i in range(1, 12 * steady.turns + 1)}
-        if not given:
-            raise OptionError(
-                f"{steady.system.name}: nothing excites: no torque depends on {steady.shaft}. Add "
-                "parts whose torque does, such as cylinders or blades, or give excitations=."
-            )
-        return np.array(sorted(given))
-    chosen = np.array(sorted({float(order) for order in orders}))
-    if not len(chosen) or chosen[0] <= 0:
-        raise OptionError("order_response: orders must be positive periods for each turn.")
-    if steady.turns_matter:
-        cycles = chosen * steady.turns
-        for order in chosen[np.abs(cycles - np.rint(cycles)) > 1e-9].tolist():
-            if order not in given:
-                raise OptionError(
-                    f"order_response: order {order:g} is no whole number of periods in "
-                    f"{steady.turns} turn{'s' * (steady.turns > 1)} of {steady.shaft}; give turns=."
-                )
-    return chosen

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
+from lumped.errors import OptionError
 from lumped.numerics.interpolated_rows import interpolate_rows
 from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start_values import relative_positions
@@ -13,6 +15,10 @@ from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, s
 
 _ROUNDING = 1e-13
 """Mean over the largest size that is nothing but rounding."""
+_EVENLY = 9
+"""Speeds at which mean torques are looked at."""
+_BALANCED = 1e-6
+"""Share of the torques at a part that may be left."""
 
 
 def harmonics(
@@ -83,6 +89,54 @@ def mean_matrix(small: SmallVibrations, steady: Rotation, orders: Real) -> tuple
         way = steady.turning
         matrix -= np.outer(matrix @ way, way) / (way @ way)
     return matrix, M
+
+
+def find_met_order(
+    small: SmallVibrations, steady: Rotation, above: float
+) -> tuple[float, float] | None:
+    """The least order above one that meets a natural frequency at some speed, and that, Hz.
+
+    The natural frequencies are those at the first and the last speed, and all between.
+    """
+    ends, orders = steady.speeds[[0, -1]], np.array([above])
+    sizes = [
+        np.sort(np.abs(own[own.imag > _ROUNDING * np.abs(own)]))
+        for k in (0, -1)
+        for own in [scipy.linalg.eigvals(mean_matrix(small, steady.at(k), orders)[0])]
+    ]
+    count = min(map(len, sizes))
+    pairs = np.array([sizes[0][:count], sizes[1][:count]])
+    step = 1 / steady.turns
+    first = np.maximum(np.ceil(pairs.min(axis=0) / ends[1] / step) * step, above + step)
+    met = first <= pairs.max(axis=0) / ends[0]
+    if not met.any():
+        return None
+    least = int(np.where(met, first, np.inf).argmin())
+    return float(first[least]), float(pairs[0, least]) / (2 * np.pi)
+
+
+def refuse_unbalanced(small: SmallVibrations, steady: Rotation, what: str) -> None:
+    """Refuse what needs means, where mean torques do not balance.
+
+    Raises
+    ------
+    OptionError
+    """
+    states = steady.system.state_names
+    for k in np.unique(np.linspace(0, len(steady.speeds) - 1, _EVENLY).astype(int)).tolist():
+        parts = small.along(steady, samples_of(steady), k)
+        matrix = small.whole_matrix(parts)[: len(states), : len(states)]
+        missing = parts.rates.mean(axis=0) - steady.speeds[k] * steady.turning
+        size = np.abs(parts.rates).max(axis=0) + np.abs(matrix) @ np.abs(steady.x[k])
+        share = np.where(steady.idle | (size == 0), 0.0, np.abs(missing) / (size + (size == 0)))
+        worst = int(share.argmax())
+        if share[worst] > _BALANCED:
+            raise OptionError(
+                f"{what}: at {steady.speeds[k]:.6g} rad/s mean torques do not balance, so there "
+                f"are no means: {states[worst]} keeps a mean rate of {missing[worst]:.3g}. Name "
+                "in order_response what balances them, such as free='load.tau', or give operating "
+                "points, at=."
+            )
 
 
 def sweep_turns(

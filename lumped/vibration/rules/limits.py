@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +13,7 @@ from lumped.compiler.structure import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.arrays import Real
-from lumped.support.units import convert_value, has_unit
+from lumped.support.units import convert_value, has_unit, plain
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 
 Measure = Literal["maximum", "half range", "sum", "with mean", "mean power"]
@@ -42,8 +42,15 @@ class Limit:
         "mean power" the mean over the run.
     clause, source : str
         Where it stands.
-    speeds : tuple of float, optional
-        First and last speed at which it holds, rad/s.
+    speeds : tuple of float or str, optional
+        First and last speed at which it holds, rad/s or with a unit.
+
+    Raises
+    ------
+    OptionError
+        If the measure is another, or a speed is none.
+    UnitError
+        If the unit of a speed is none of speed.
     """
 
     quantity: Name
@@ -52,13 +59,29 @@ class Limit:
     measure: Measure = "maximum"
     clause: str = ""
     source: str = ""
-    speeds: tuple[float, float] | None = None
+    speeds: tuple[float | str, float | str] | None = None
+
+    def __post_init__(self) -> None:
+        if self.measure not in get_args(Measure):
+            raise OptionError(
+                f"limit '{self.name}': measure = {self.measure!r}; one of "
+                f"{', '.join(get_args(Measure))} is needed."
+            )
+        if self.speeds is not None:
+            what = f"limit '{self.name}': speeds ="
+            ends = tuple(plain(speed, "rad/s", what, OptionError) for speed in self.speeds)
+            object.__setattr__(self, "speeds", ends)
+
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """First and last speed at which it holds, rad/s."""
+        return cast(tuple[float, float] | None, self.speeds)
 
     def holding(self, speeds: Real) -> Real:
         """Those of some speeds, rad/s, at which it holds."""
-        if self.speeds is None:
+        if self.ends is None:
             return speeds
-        return speeds[(speeds >= self.speeds[0]) & (speeds <= self.speeds[1])]
+        return speeds[(speeds >= self.ends[0]) & (speeds <= self.ends[1])]
 
     def at(self, speeds: Real, unit: str) -> Real:
         """Permitted values at speeds, rad/s, in a unit.

@@ -21,6 +21,7 @@ from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.results.trajectory import Trajectory
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
+from lumped.vibration.rotating.harmonics import refuse_unbalanced
 from lumped.vibration.rules.limits import Limit, Measure
 from lumped.vibration.rules.measures import find_peaks_of_use, measure_quantity
 from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed
@@ -191,6 +192,13 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit, notes: dict[str, 
     key = found.system.key(limit.quantity)
     unit = found.system.quantity(key).unit
     beyond: Iterable[tuple[float, float]] = ()
+    if limit.measure == "mean power" and unit != "W":
+        raise OptionError(
+            f"limit '{limit.name}' of {key}: a mean power is that of a quantity in W, not {unit}."
+        )
+    if limit.measure == "with mean" and isinstance(found, OrderResponse):
+        what = f"limit '{limit.name}' of {key}, with its mean"
+        refuse_unbalanced(found.small, found.rotation, what)
     if isinstance(found, Trajectory):
         speeds, values = np.array([np.nan]), np.array([_of_run(found, key, limit.measure)])
         if callable(limit.permitted) or (
@@ -227,7 +235,7 @@ def _judge_speeds(
     """Speeds, a measure there, what is permitted, and ends of the ranges that exceed it."""
     ascending = np.argsort(found.speeds)
     speeds, shown = found.speeds[ascending], speed_unit()
-    begin, end = limit.speeds or (speeds[0], speeds[-1])
+    begin, end = limit.ends or (speeds[0], speeds[-1])
     low, high = float(max(begin, speeds[0])), float(min(end, speeds[-1]))
     computed, unit = limit.holding(speeds), found.system.quantity(key).unit
     if low > high or not (len(computed) or isinstance(found, OrderResponse)):
