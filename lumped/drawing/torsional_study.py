@@ -26,6 +26,7 @@ from lumped.vibration.inertias.mass_elastic import MassElastic, mass_elastic
 from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Limit
+from lumped.vibration.rules.measures import show_peaks
 from lumped.vibration.rules.verdict import Verdict, separation, verdict
 from lumped.vibration.speeds.campbell import Campbell, CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell, modes_at
@@ -258,10 +259,12 @@ def study(
         raise OptionError("torsional_report: a margin needs the speeds of operation, operation=.")
     drawn = _orders(orders, given)
     middle = first.speeds[-1] if between is None else 0.5 * (between[0] + between[1])
+    filled = {caption: show_peaks(response) for caption, response in given.items()}
+    first = next(iter(filled.values()))
     place = int(np.abs(first.speeds - middle).argmin())
     own_modes = modes_at(first)(float(first.speeds[place])) if found_modes is None else found_modes
     return Study(
-        given,
+        filled,
         dict(runs),
         _limits(limits, given, runs),
         between,
@@ -270,7 +273,7 @@ def study(
         found_campbell or _campbell(first, drawn, between, margin or 0.0),
         found_campbell is None,
         place,
-        _heat(heat, given),
+        _heat(heat, given, filled),
         choose_units(units, _names(first.system, runs), usual="engineering"),
     )
 
@@ -365,7 +368,9 @@ def _limits(
 
 
 def _heat(
-    given: Mapping[str, Mapping[str, ArrayLike]], responses: Mapping[str, OrderResponse]
+    given: Mapping[str, Mapping[str, ArrayLike]],
+    responses: Mapping[str, OrderResponse],
+    filled: Mapping[str, OrderResponse],
 ) -> dict[str, dict[str, Real]]:
     found: dict[str, dict[str, Real]] = {}
     for caption, parts in given.items():
@@ -382,7 +387,8 @@ def _heat(
                     f"torsional_report: heat of {part} in '{caption}': a power, W, at each of the "
                     f"{shape[0]} speeds is needed."
                 )
-            found[caption][part] = values
+            speeds = responses[caption].speeds
+            found[caption][part] = np.interp(filled[caption].speeds, speeds, values)
     return found
 
 

@@ -94,11 +94,8 @@ class OrderResponse(OrderAmplitudes):
     def linearity(self) -> Linearity | None:
         """Where the vibration leaves the range in which its linearisation holds, at some speeds.
 
-        None if the equations are linear, the orders have no common cycle, or there is a damping
-        ratio of all modes, of which the equations do not know.
+        None if the equations are linear, or the orders have no common cycle.
         """
-        if self.damping_ratio:
-            return None
         return linearity(self.small, self.solution_at, self.speeds, self.orders, self.values)
 
     @property

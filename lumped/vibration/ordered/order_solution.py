@@ -58,6 +58,8 @@ class OrderSolution:
         Means of the outputs over the turns.
     matrices : list of ndarray, shapes (k, o, numbers)
         Numbers of A, B, C, D and M.
+    added : tuple of (tuple of ndarray, ndarray), optional
+        Places and numbers, shape (k, o, numbers), that a damping ratio adds to ``M^-1 A``.
     residual : float
         Largest backward error.
     """
@@ -70,6 +72,7 @@ class OrderSolution:
     x: Complex
     means: Real
     matrices: list[Real]
+    added: tuple[tuple[Integer, Integer], Real] | None
     residual: float
 
     @property
@@ -83,6 +86,11 @@ class OrderSolution:
         masses = self.small.masses.in_states(self.matrices[4])
         found = np.asarray(1j * self.w[..., None, None] * masses, dtype=complex)
         found[..., rows, columns] -= self.matrices[0]
+        if self.added is not None:
+            own, numbers = self.added
+            more = np.zeros(found.shape)
+            more[..., own[0], own[1]] = numbers
+            found -= masses @ more
         return found
 
 
@@ -147,8 +155,9 @@ class OrderEquations:
         add_products(outputs, small.patterns[3], D, u)
         rates = small.masses.divide(M, rates)
         (rows, columns), A = small.masses.divide_matrix(M, small.patterns[0], A)
+        added = None
         if self._damping_ratio:
-            more, block = _modal_damping(system, rows, columns, A, self._damping_ratio)
+            more, block = added = _modal_damping(system, rows, columns, A, self._damping_ratio)
             rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
             A = np.concatenate([A, block], axis=2)
         _refuse_growth(steady, rows, columns, A[:, 0])
@@ -167,7 +176,8 @@ class OrderEquations:
         found = found.reshape(*shape, n)
         add_products(outputs, small.patterns[2], C, found)
         means = self._means[every]
-        return OrderSolution(small, steady, orders, u, outputs, found, means, matrices, worst)
+        numbers = matrices, added, worst
+        return OrderSolution(small, steady, orders, u, outputs, found, means, *numbers)
 
     def _by_laws(self, steady: Rotation, every: Integer, w: Real, amplitudes: Real) -> list[Real]:
         """Numbers of the matrices at frequencies and amplitudes, shapes (k, o, numbers)."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.errors import OptionError
+from lumped.errors import OptionError, SolverError
 from lumped.support.arrays import Complex, Real
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Limit, Measure
-from lumped.vibration.speeds.order_peaks import OrderPeaks, find_order_peaks
+from lumped.vibration.speeds.order_peaks import OrderPeaks, fill_in, find_order_peaks
 
 
 def measure_quantity(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
@@ -48,3 +48,26 @@ def find_peaks_of_use(
         return used
 
     return find_order_peaks(found, signals, sizes, between)
+
+
+def show_peaks(response: OrderResponse) -> OrderResponse:
+    """A response with more speeds, so that pages show what verdicts judge.
+
+    They lie beside resonances, and where amplitudes, maxima and half ranges are largest; where the
+    vibration cannot be computed between the given speeds, there are none.
+    """
+    ends = float(response.speeds[0]), float(response.speeds[-1])
+    if ends[0] == ends[1]:
+        return response
+    kinds: tuple[Measure, ...] = "maximum", "half range"
+    try:
+        found = fill_in(response)
+        peaks = [
+            find_peaks_of_use(found, of, Limit(of, 1.0, measure=kind), ends)
+            for of in response.of
+            for kind in kinds
+        ]
+    except SolverError:
+        return response
+    tops = [each.speeds[each.sizes.argmax()] for each in peaks]
+    return found.at_speeds(np.union1d(found.speeds, tops))

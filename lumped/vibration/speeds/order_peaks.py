@@ -26,7 +26,7 @@ _KNOWN = 1e-3
 """Share of a speed within which its modes are those of another."""
 _DEGREE = 16
 """Of polynomials through signals beside a maximum."""
-_POINTS, _ZOOMS = 33, 5
+_POINTS, _ZOOMS, _FINE = 33, 5, 2049
 _NEAR = 0.8
 """Share of the largest size, or of one, from which on a maximum is located."""
 _AGREE = 1e-8
@@ -86,7 +86,7 @@ def find_order_peaks(
     low, high = between
     inside = (response.speeds >= low) & (response.speeds <= high)
     own = response.speeds[inside]
-    found = _Curve(response, signals, sizes)
+    found = _Curve(response, signals, sizes, between)
     found.add(own, signals(response)[inside])
     speeds = np.unique([low, high, *own])
     found.add(np.setdiff1d(_cut(response, speeds) if low < high else speeds, own))
@@ -98,11 +98,44 @@ def find_order_peaks(
     return OrderPeaks(found.speeds, found.sizes, found.find_stretches(), missed)
 
 
+def fill_in(response: OrderResponse) -> OrderResponse:
+    """A response with more speeds: narrow beside resonances, and where each order is largest.
+
+    Of each quantity, all orders in phase count, too.
+    """
+
+    def list_signals(found: OrderResponse) -> Complex:
+        return found.values.reshape(len(found.speeds), -1)
+
+    def measure(signals: Complex) -> Real:
+        each = np.abs(signals).reshape(*signals.shape[:-1], len(response.orders), -1)
+        both = np.concatenate([each, each.sum(axis=-2, keepdims=True)], axis=-2)
+        return both.reshape(*signals.shape[:-1], -1)
+
+    curve = _Curve(response, list_signals, lambda speeds, _: speeds, (0.0, np.inf))
+    speeds = _cut(response, response.speeds)
+    tops = measure(list_signals(response.at_speeds(speeds))).argmax(axis=0)
+    stretches, own = np.unique(tops, return_inverse=True)
+    low = speeds[np.maximum(stretches - 1, 0)]
+    high = speeds[np.minimum(stretches + 1, len(speeds) - 1)]
+    inner = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _FINE)
+    sizes = measure(curve.follow(low, high)(inner))
+    best = inner[own, sizes[own, :, np.arange(len(own))].argmax(axis=1)]
+    return response.at_speeds(np.unique([*speeds, *best]))
+
+
 class _Curve:
     """A size at speeds, which grow in number."""
 
-    def __init__(self, response: OrderResponse, signals: Signals, sizes: Sizes) -> None:
+    def __init__(
+        self,
+        response: OrderResponse,
+        signals: Signals,
+        sizes: Sizes,
+        between: tuple[float, float],
+    ) -> None:
         self._response, self._signals, self._sizes = response, signals, sizes
+        self._between = between
         self.speeds, self.sizes = np.zeros(0), np.zeros(0)
 
     def _signals_at(self, speeds: Real) -> Complex:
@@ -115,11 +148,15 @@ class _Curve:
         found: Complex = np.concatenate(parts)[back]
         return found
 
+    def _size(self, speeds: Real, signals: Complex) -> Real:
+        """Sizes of signals; what is permitted is known at these speeds only."""
+        return self._sizes(np.clip(speeds, *self._between), signals)
+
     def add(self, speeds: Real, signals: Complex | None = None) -> Real:
         """Sizes at more speeds, which are kept."""
         if not len(speeds):
             return speeds
-        found = self._sizes(speeds, self._signals_at(speeds) if signals is None else signals)
+        found = self._size(speeds, self._signals_at(speeds) if signals is None else signals)
         every, sizes = np.append(self.speeds, speeds), np.append(self.sizes, found)
         self.speeds, place = np.unique(every, return_index=True)
         self.sizes = sizes[place]
@@ -127,6 +164,16 @@ class _Curve:
 
     def _approximate(self, begin: Real, end: Real) -> Callable[[Real], Real]:
         """Sizes by polynomials over stretches: a function of speeds, shape (stretches, p)."""
+        follow = self.follow(begin, end)
+
+        def sizes(speeds: Real) -> Real:
+            found = self._size(speeds.ravel(), follow(speeds).reshape(speeds.size, -1))
+            return found.reshape(speeds.shape)
+
+        return sizes
+
+    def follow(self, begin: Real, end: Real) -> Callable[[Real], Complex]:
+        """Signals by polynomials over stretches, of speeds in each, shape (stretches, p)."""
         nodes = np.cos(np.pi * np.arange(_DEGREE, -1, -1) / _DEGREE)
         weights = (-1.0) ** np.arange(_DEGREE + 1)
         weights[[0, -1]] *= 0.5
@@ -134,16 +181,15 @@ class _Curve:
         at = np.clip(middle + half * nodes, begin[:, None], end[:, None])
         given = self._signals_at(at.ravel()).reshape(*at.shape, -1)
 
-        def sizes(speeds: Real) -> Real:
+        def signals(speeds: Real) -> Complex:
             away = ((speeds - middle) / half)[..., None] - nodes
             met = np.abs(away) < 1e-14
             share = np.where(met, 1.0, weights / np.where(met, 1.0, away))
             share = np.where(met | ~met.any(axis=2, keepdims=True), share, 0.0)
-            signals = (share / share.sum(axis=2, keepdims=True)) @ given
-            found = self._sizes(speeds.ravel(), signals.reshape(speeds.size, -1))
-            return found.reshape(speeds.shape)
+            found: Complex = (share / share.sum(axis=2, keepdims=True)) @ given
+            return found
 
-        return sizes
+        return signals
 
     def locate(self) -> float:
         """Add the maxima beside large sizes; by how much polynomials miss one of them."""

@@ -92,3 +92,19 @@ def test_a_clutch_that_slips_along_the_vibration_is_named(amplitude, slips):
     found = response.linearity
     assert (found is not None and "clutch" in found.released) == slips
     assert ("clutch (from 47.746 1/min)" in repr(response)) == slips
+
+
+def test_added_damping_counts_in_what_is_left_out():
+    speeds, zeta = np.linspace(55.0, 70.0, 16), 0.1
+    response = lp.vibration.order_response(
+        swing(),
+        speeds=speeds,
+        of=["disc.phi"],
+        excitations={"torque.tau": {1: P}},
+        damping_ratio=zeta,
+    )
+    stiff = C - J * speeds**2 + 1j * (D + 2 * zeta * np.sqrt(C * J)) * speeds
+    amplitude = P / np.abs(stiff)
+    wanted = 0.75 * K3 * amplitude**2 / np.abs(stiff)
+    assert np.abs(response["disc.phi"][:, 0]) == pytest.approx(amplitude)
+    assert response.linearity.share == pytest.approx(wanted.max(), rel=1e-9)

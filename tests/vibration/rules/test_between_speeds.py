@@ -9,6 +9,7 @@ import scipy.optimize
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, SpringDamper, Torque
 from lumped.vibration import Limit
+from lumped.vibration.rules.measures import show_peaks
 
 LOW, HIGH = 20.0, 400.0
 
@@ -144,3 +145,24 @@ def test_a_verdict_tells_what_it_does_not_cover():
     (note,) = lp.vibration.verdict(response, [Limit(key, 1e9, speeds=(LOW / 2, HIGH))]).notes
     low, high = 30 * LOW / np.pi, 30 * HIGH / np.pi
     assert note == f"limit 'limit' of {key} is judged from {low:.6g} to {high:.6g} 1/min only"
+
+
+def test_rows_of_a_limit_may_end_with_the_speeds():
+    line = Line(0)
+    response, key = line.respond(line.assemble(), 12), f"shaft[{line.own}].tau"
+    rows = ((LOW, 1e9), (HIGH, 1e-12))  # used most at the end
+    (result,) = lp.vibration.verdict(response, [Limit(key, rows, measure="sum")]).results
+    assert (result.speed, result.value) == (HIGH, pytest.approx(line.sum([HIGH])[0]))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_pages_show_the_maxima_of_each_order_and_of_all(seed):
+    line = Line(seed)
+    key = f"shaft[{line.own}].tau"
+    shown = show_peaks(line.respond(line.assemble(), 12))
+    for k, found in enumerate(np.abs(shown[key]).max(axis=0)):
+        most = line.find_most(lambda speeds, k=k: np.abs(line.amplitudes(speeds)[:, k]))
+        assert found == pytest.approx(most, rel=1e-6)
+    assert shown.synthesis(key).half_range.max() == pytest.approx(
+        line.find_most(line.half_range, points=512), rel=1e-7
+    )
