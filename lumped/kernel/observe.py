@@ -18,7 +18,7 @@ from lumped.kernel.methods.any_method import inside, integrals, set_all_ranges
 from lumped.kernel.run import Run
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
 
-_NODES = (
+NODES = (
     0.019855071751231884,
     0.10166676129318664,
     0.2372337950418355,
@@ -28,7 +28,7 @@ _NODES = (
     0.8983332387068134,
     0.9801449282487681,
 )
-_WEIGHTS = (
+WEIGHTS = (
     0.05061426814518813,
     0.11119051722668724,
     0.15685332293894363,
@@ -97,11 +97,11 @@ def _gauss(run: Run, begin: float, end: float, parts: int, sums: Numbers) -> Non
         sums[i] = watch.sizes[i] = 0.0
     for k in range(parts):
         for j in range(8):
-            t = begin + (k + _NODES[j]) * width
+            t = begin + (k + NODES[j]) * width
             inside(run, (t - run.t) / length, watch.x)
             evaluate(watch.integrand, run, watch.x, t, run.m, watch.value)
             for i in range(watch.integrands):
-                part = _WEIGHTS[j] * width * watch.value[i]
+                part = WEIGHTS[j] * width * watch.value[i]
                 sums[i] += part
                 watch.sizes[i] += abs(part)
 

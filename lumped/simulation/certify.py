@@ -228,9 +228,10 @@ class Certificate(RichHtml):
             )
             for d in sorted(c.deviations, key=lambda d: -d.relative)[:12]
         ]
-        return (
-            "\n".join(lines) + "\n" + table(("state", "error / range", "at s", "range", ""), rows)
-        )
+        lines.append(table(("state", "error / range", "at s", "range", ""), rows))
+        if self.energy is not None:
+            lines.append(repr(self.energy))
+        return "\n".join(lines)
 
 
 def _where(t: np.ndarray, inner: int) -> str:

@@ -2,10 +2,10 @@
 
 A component that stores energy says how much by a method `stored`, one that dissipates by a method
 `loss`, both as expressions of its own quantities and their derivatives. What flows into those that
-store, through their mechanical ports, must be found again as stored or dissipated there. What
-others dissipate, such as friction, counts as supplied and as dissipated. The powers come from
-torques and speeds at the ports, the stored energies from the states, so the balance closes only as
-well as the states were integrated.
+store, through their ports, must be found again as stored or dissipated there. What others
+dissipate, such as friction, counts as supplied and as dissipated; what goes on through a thermal
+port is not lost and counts as neither. The powers come from potentials and flows of the ports, the
+stored energies from the states, so the balance closes only as well as the states were integrated.
 """
 
 from __future__ import annotations
@@ -16,23 +16,17 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 
-from lumped.compiler.energies import dissipated_power, stored_energies
-from lumped.compiler.formulas import derivative
+from lumped.compiler.energies import PortPower, dissipated_power, port_powers, stored_energies
+from lumped.compiler.report import shorten
 from lumped.compiler.system import System
 from lumped.flattening.tree import Instance
-from lumped.reduction.pruning import uses
+from lumped.reduction.pruning import independent_of, uses
+from lumped.simulation.works import integrate_powers
 from lumped.support.display_units import display
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.results.trajectory import Piece, Trajectory
-
-_WORK = {("rad", "N.m"), ("m", "N")}
-"""Units of potential and flow of a port whose product is work."""
-_GAUSS = leggauss(5)
-_NODES, _WEIGHTS = 0.5 * (1 + _GAUSS[0]), 0.5 * _GAUSS[1]
-"""Gauss points and weights of a step of length one."""
 
 
 @dataclass(frozen=True)
@@ -45,21 +39,26 @@ class EnergyAudit:
         Those that say what they store. All others count as supply, springs and bodies inside
         components without a method `stored` too.
     supplied : float
-        Work that came in through their mechanical ports, impacts apart, and what others dissipated.
+        Work that came in through their ports, impacts apart, and what others dissipated.
     change : float
         What is stored at the end less that at the begin.
     dissipated : float
-        What they and all others with mechanical ports dissipate, by their method `loss`.
+        What they and all others dissipate, by their method `loss`, less the heat that goes on
+        through their thermal ports.
     impacts : float
         What they lost in jumps of the states.
     turnover : float
         Largest energy stored, or work done.
     error : float
-        Largest gap of the balance in the course of the run, over the turnover.
+        Largest gap of the balance in the course of the run, and what is not known of the works,
+        over the turnover.
     works : tuple of (str, float)
-        What each of the others that does work gave at its mechanical ports, impacts apart, and
-        dissipated: of a motor the power from its supply, of friction nothing; negative if it took.
-        Parts stand for the composites they are in.
+        What each of the others that does work gave at its ports, impacts apart, and dissipated: of
+        a source the power that it feeds, of friction nothing; negative if it took. Parts stand for
+        the composites they are in.
+    uncounted : tuple of str
+        Ports whose power is not counted: potential times flow is none by their units, or needs a
+        state that was left out.
     """
 
     components: tuple[str, ...]
@@ -70,6 +69,7 @@ class EnergyAudit:
     turnover: float
     error: float
     works: tuple[tuple[str, float], ...] = ()
+    uncounted: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         parts = (self.supplied, self.change, self.dissipated, self.impacts)
@@ -81,7 +81,13 @@ class EnergyAudit:
         ).format(
             *(len(self.components), to_show.unit, *texts, number(self.error, 2)),
             number(to_show.value(self.turnover), 4),
-        )
+        ) + (f"; {self.missing}" if self.uncounted else "")
+
+    @property
+    def missing(self) -> str:
+        """Which ports are not counted, and why, in words; empty if all are."""
+        why = "of no known power, or one that needs a state left out"
+        return f"not counted are ports {why}: {shorten(self.uncounted)}" if self.uncounted else ""
 
 
 def audit_energy(
@@ -104,7 +110,7 @@ def audit_energy(
     storing, others = _find_storing(run.system), _find_others(run.system)
     if not storing:
         return None
-    courses = _follow(again, run.theta)
+    courses, unsettled = _follow(again, run.theta)
     balance = _Balance(float(courses[0].stored[0]), np.zeros(len(others)))
     first = balance.stored
     for course in courses:
@@ -117,11 +123,17 @@ def audit_energy(
         dissipated=balance.dissipated,
         impacts=balance.impacts,
         turnover=turnover,
-        error=balance.gap / turnover if turnover else 0.0,
+        error=(balance.gap + unsettled) / turnover if turnover else 0.0,
         works=tuple(
             (node.path, float(work))
             for node, work in zip(others, balance.given, strict=True)
             if abs(work) > 1e-9 * turnover
+        ),
+        uncounted=tuple(
+            port.name
+            for node, ports in _find_powers(run.system).items()
+            for port in ports
+            if port.power is None and (node in storing or not node.children)
         ),
     )
 
@@ -173,25 +185,21 @@ class _Balance:
 
 def _follow(
     again: Callable[[Sequence[float] | np.ndarray | None], Trajectory], theta: np.ndarray
-) -> list[_Course]:
-    """Energies at the steps of each piece; powers are taken at Gauss points within the steps."""
+) -> tuple[list[_Course], float]:
+    """Energies at the steps of each piece, and the work that is not known, J."""
     pieces = [piece for piece in again(None).pieces if len(piece.t)]
-    inner = [piece.t[:-1, None] + np.diff(piece.t)[:, None] * _NODES for piece in pieces]
-    wanted = np.concatenate([t.ravel() for t in inner])
-    finer = [piece for piece in again(wanted).pieces if len(piece.t)]
-    powers = np.zeros((0, _powers(pieces[0].system).size1_out(0)))
-    powers = np.concatenate([powers, *(_evaluate(_powers, piece, theta) for piece in finer)])
-    reached = np.concatenate([[], *(piece.t for piece in finer)])
-    assert np.array_equal(reached, wanted), "the finer run has other instants than the steps"
-    ends = np.cumsum([t.size for t in inner])
+    begin = np.concatenate([piece.t[:-1] for piece in pieces])
+    width = np.concatenate([np.diff(piece.t) for piece in pieces])
+    steps, unsettled = integrate_powers(
+        again, lambda piece: _evaluate(_powers, piece, theta), begin, width
+    )
+    ends = np.cumsum([len(piece.t) - 1 for piece in pieces])
     courses = []
-    for piece, own in zip(pieces, np.split(powers, ends[:-1]), strict=True):
-        by_step = own.reshape(len(piece.t) - 1, len(_NODES), own.shape[1])
-        works = np.einsum("knp,n,k->kp", by_step, _WEIGHTS, np.diff(piece.t))
-        work = np.concatenate([np.zeros((1, own.shape[1])), np.cumsum(works, axis=0)])
+    for piece, works in zip(pieces, np.split(steps, ends[:-1]), strict=True):
+        work = np.concatenate([np.zeros((1, works.shape[1])), np.cumsum(works, axis=0)])
         stored = _evaluate(_stored, piece, theta)[:, 0]
         courses.append(_Course(stored, work[:, 0], work[:, 1], work[:, 2:]))
-    return courses
+    return courses, unsettled
 
 
 def _evaluate(
@@ -215,14 +223,21 @@ def _stored(system: System) -> ca.Function:
 def _powers(system: System) -> ca.Function:
     """Power supplied, power dissipated, and power into each other less what it dissipates."""
     storing, others = _find_storing(system), _find_others(system)
-    losses = [dissipated_power(system, node) for node in others]
-    known = _mark_known(system, losses)
-    losses = [loss if fits else ca.SX(0) for loss, fits in zip(losses, known, strict=True)]
-    lost = sum(losses, ca.SX(0))
+    losses = {node: _find_loss(system, node) for node in (*storing, *others)}
+    lost = sum((losses[node] for node in others), ca.SX(0))
     supplied = sum((_power(system, node) for node in storing), lost)
-    dissipated = sum((dissipated_power(system, node) for node in storing), lost)
-    taken = [_power(system, node) - loss for node, loss in zip(others, losses, strict=True)]
+    dissipated = sum(losses.values(), ca.SX(0))
+    taken = [_power(system, node) - losses[node] for node in others]
     return _function(system, ca.vertcat(supplied, dissipated, *taken))
+
+
+def _find_loss(system: System, node: Instance) -> ca.SX:
+    """Power that is lost in a component: what it dissipates less the heat that goes on."""
+    loss = dissipated_power(system, node)
+    if loss.is_zero() or not _mark_known(system, [loss])[0]:
+        return ca.SX(0)
+    heats = (port.power for port in _find_powers(system)[node] if port.is_heat)
+    return sum((heat for heat in heats if heat is not None), loss)
 
 
 def _function(system: System, found: ca.SX) -> ca.Function:
@@ -242,32 +257,35 @@ def _mark_known(system: System, expressions: list[ca.SX]) -> np.ndarray:
     """Which expressions need no state that was left out."""
     known = np.ones(len(expressions), dtype=bool)
     if expressions:
-        found = uses(ca.vertcat(*expressions), system.structure.values).tocoo()
-        known[found.row[~np.isin(found.col, system.structure.in_use)]] = False
+        values = system.structure.values
+        found = uses(ca.vertcat(*expressions), values).tocoo()
+        lost = np.setdiff1d(found.col, system.structure.in_use).tolist()
+        for row in np.unique(found.row[np.isin(found.col, lost)]).tolist():
+            known[row] = independent_of(expressions[row], lost, values).all()
     return known
 
 
 def _find_others(system: System) -> list[Instance]:
-    """Components without parts that do not say what they store and have mechanical ports."""
+    """Components without parts that do not say what they store and have ports."""
     storing = set(_find_storing(system))
-    return [
-        node
-        for node in system.structure.tree.instances
-        if not node.children and node not in storing and _find_ports(node)
-    ]
+    powers = _find_powers(system)
+    return [node for node in powers if node not in storing and not node.children and powers[node]]
 
 
-def _find_ports(node: Instance) -> list[int]:
-    """Places of the potentials of mechanical ports."""
-    quantities = node.layout.quantities
-    pairs = ((i, quantities[i], quantities[i + 1]) for i in range(0, 2 * len(node.layout.ports), 2))
-    return [i for i, potential, flow in pairs if (potential.unit, flow.unit) in _WORK]
+@made_once
+def _find_powers(system: System) -> dict[Instance, list[PortPower]]:
+    """Powers through the ports of all components; None where one needs a state left out."""
+    every = {node: port_powers(system, node) for node in system.structure.tree.instances}
+    found = [port for ports in every.values() for port in ports if port.power is not None]
+    known = _mark_known(system, [port.power for port in found if port.power is not None])
+    fits = {port.name for port, is_known in zip(found, known, strict=True) if is_known}
+    return {
+        node: [port if port.name in fits else port._replace(power=None) for port in ports]
+        for node, ports in every.items()
+    }
 
 
 def _power(system: System, node: Instance) -> ca.SX:
-    """Power that flows into a component through its mechanical ports."""
-    power = ca.SX(0)
-    for i in _find_ports(node):
-        q = node.first_unknown + i
-        power += system.structure.raw([q + 1]) * derivative(system.structure.values, q, 1)
-    return power
+    """Power that flows into a component through its ports."""
+    powers = (port.power for port in _find_powers(system)[node])
+    return sum((power for power in powers if power is not None), ca.SX(0))

@@ -16,6 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from lumped.compiler.energies import ENERGIES, told
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.flattening.template import template_key
@@ -245,8 +246,8 @@ def _energies(system: System) -> Iterator[bytes]:
     """What components say that they store and lose."""
     tree = system.structure.tree
     for node in {template_key(node.component): node for node in tree.instances}.values():
-        for tell in (node.component.stored, node.component.loss):
-            expression = tell() if callable(tell) else None  # a quantity may have the name
+        for name in ENERGIES:
+            expression = told(node, name)
             if expression is not None:
                 result = content_of(expression, lambda c, n=node: tree.below(c, n))  # type: ignore[misc]
-                yield repr((node.path, tell.__name__, result)).encode()
+                yield repr((node.path, name, result)).encode()
