@@ -123,13 +123,13 @@ def energy(runs: Mapping[str, Trajectory], units: Units) -> str:
             f"Energy of the {len(audit.components)} components that say what they store "
             f"({', '.join(audit.components)}). Work is positive where a component gives energy, "
             "negative where it takes it, apart from what it dissipates; what it stores without "
-            "saying so counts in its work. "
+            "saying so counts in its work, heat that goes on through a thermal port too. "
         )
         if audit.uncounted:
             rest = audit.missing
             text += f"{rest[0].upper()}{rest[1:]}; the gap holds what flows there."
         else:
-            text += "The gap is the error of the run."
+            text += "The gap is the error of the run and of its integrals."
         lead = f"{prose(what)}\n" if what else ""
         found.append(f"{lead}{prose(text)}\n" + table(("energy", joule.unit), rows, (1,)))
     return "\n".join(found)

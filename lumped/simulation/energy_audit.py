@@ -190,14 +190,15 @@ def _follow(
     pieces = [piece for piece in again(None).pieces if len(piece.t)]
     begin = np.concatenate([piece.t[:-1] for piece in pieces])
     width = np.concatenate([np.diff(piece.t) for piece in pieces])
+    energies = [_evaluate(_stored, piece, theta)[:, 0] for piece in pieces]
+    most = float(np.abs(np.concatenate(energies)).max())
     steps, unsettled = integrate_powers(
-        again, lambda piece: _evaluate(_powers, piece, theta), begin, width
+        again, lambda piece: _evaluate(_powers, piece, theta), begin, width, most
     )
     ends = np.cumsum([len(piece.t) - 1 for piece in pieces])
     courses = []
-    for piece, works in zip(pieces, np.split(steps, ends[:-1]), strict=True):
+    for stored, works in zip(energies, np.split(steps, ends[:-1]), strict=True):
         work = np.concatenate([np.zeros((1, works.shape[1])), np.cumsum(works, axis=0)])
-        stored = _evaluate(_stored, piece, theta)[:, 0]
         courses.append(_Course(stored, work[:, 0], work[:, 1], work[:, 2:]))
     return courses, unsettled
 

@@ -7,14 +7,17 @@ from collections.abc import Callable
 import numpy as np
 
 from lumped.kernel.observe import NODES, WEIGHTS
+from lumped.timeloop.results.recorder import scale
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 
 _SETTLED = 1e-10
-"""Change by halving, over all work of the run, from which on an integral is known."""
-_ROUNDS = 6
-_PARTS = 8
-"""Parts of a stretch that is divided once more, and how often that is done."""
+"""Change by division, over all energy of the run, up to which an integral is known."""
+_ROUNDS = 10
+_PARTS = 4
+"""Parts of a stretch that is divided once more, and how often that is done at most."""
 _MOST_NODES = 2_000_000
+_SHORTEST = 1e-11
+"""Stretch, over the times of the run, that is not divided: its nodes lie a rounding apart."""
 
 
 def integrate_powers(
@@ -22,6 +25,7 @@ def integrate_powers(
     powers: Callable[[Piece], np.ndarray],
     begin: np.ndarray,
     width: np.ndarray,
+    energy: float,
 ) -> tuple[np.ndarray, float]:
     """Integrals of powers over the steps of a run, by Gauss's rule as functionals have them.
 
@@ -36,6 +40,8 @@ def integrate_powers(
         Powers at the times of a piece, shape (k, n).
     begin, width : ndarray, shape (steps,)
         Where the steps begin, ascending, and how long they are, s.
+    energy : float
+        Size of other energies of the balance, against which rounding of works is small, J.
 
     Returns
     -------
@@ -44,9 +50,11 @@ def integrate_powers(
         Change of a work by the last division, summed over what was not divided on; zero if all
         integrals are known.
     """
-    step = np.flatnonzero(width > 1e-12 * np.abs(begin).max(initial=0.0))  # shorter is rounding
+    shortest = _SHORTEST * scale(float(begin[0]), float(begin[-1] + width[-1]))
+    step = np.flatnonzero(width > 2 * shortest)
     begin, width, count = begin[step], width[step], len(width)
-    coarse, most = _apply_rule(again, powers, begin, width)
+    coarse, size = _apply_rule(again, powers, begin, width)
+    most = max(energy, size)
     works, parts = np.zeros((count, coarse.shape[1])), 2
     for rounds in range(_ROUNDS):
         inner = (begin[:, None] + width[:, None] * (np.arange(parts) / parts)).ravel()
@@ -54,7 +62,7 @@ def integrate_powers(
         most = max(most, size)
         sums = fine.reshape(len(begin), parts, -1).sum(axis=1)
         change = np.abs(sums - coarse).max(axis=1, initial=0.0)
-        rough = change > _SETTLED * most
+        rough = (change > _SETTLED * most) & (width > parts * _PARTS * shortest)
         is_last = rounds == _ROUNDS - 1 or rough.sum() * parts * _PARTS * len(NODES) > _MOST_NODES
         if is_last or not rough.any():
             np.add.at(works, step, sums)

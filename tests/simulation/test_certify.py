@@ -174,7 +174,7 @@ def test_a_motor_gives_what_its_supply_gives_and_heats():
     T, w = R * J / k**2, v / k * (1 - np.exp(-t * k**2 / (R * J)))
     given = v * v / R * T * (1 - np.exp(-t / T))  # i = v / R exp(-t / T)
     assert run["load.w"][-1] == pytest.approx(w, rel=1e-6)
-    assert dict(audit.works)["motor"] == pytest.approx(given, rel=1e-5)
+    assert dict(audit.works)["supply"] == pytest.approx(given, rel=1e-5)
     assert audit.dissipated == pytest.approx(v**2 / R * T / 2 * (1 - np.exp(-2 * t / T)), rel=1e-5)
 
 
