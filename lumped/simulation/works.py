@@ -11,12 +11,12 @@ from lumped.kernel.observe import NODES, WEIGHTS
 from lumped.timeloop.results.recorder import scale
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 
-_SETTLED = 1e-9
+_SETTLED = 3e-11
 """Highest terms of a power in a stretch, over all energy of the run, at which its work is known."""
 _PARTS = 4
 _ROUNDS = 11
 """Parts of a stretch that is divided, and how often that is done at most."""
-_MOST_NODES = 2_000_000
+_MOST_NODES = 4_000_000
 _SHORTEST = 1e-11
 """Stretch, over the times of the run, that is not divided: its nodes lie a rounding apart."""
 _HIGHEST = (legvander(2 * np.array(NODES) - 1, 7) * (2 * np.arange(8) + 1))[:, 6:]
