@@ -223,7 +223,8 @@ class StrokeLoad(Component):
     ``z = (s - s_0) / (s_1 - s_0)`` and ``g = (z/z_m)^p ((1 - z)/(1 - z_m))^q`` with its greatest
     value 1 at ``z_m = p / (p + q)``: none at the ends of the stroke and beyond. `F` is `forward`
     from s_0 to s_1 and `backward` on the way back. The sign is straight between ``-v_0`` and
-    ``v_0``, so the load slows a standstill but does not hold it.
+    ``v_0``, so the load slows a standstill but does not hold it. With an exponent below 1 the force
+    begins or ends infinitely steeply: runs take longer to pass there, and derivatives may not exist.
     """
 
     symbol = "force"
