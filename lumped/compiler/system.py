@@ -250,14 +250,13 @@ class System(Shared, RichHtml):
         if not formulas:
             return self
         with process_lock:
-            return self._watching.of(formulas, lambda: self._watch(formulas))
-
-    def _watch(self, formulas: tuple[Formula, ...]) -> System:
-        flat = watching(self.structure.flat, formulas)
-        if flat is self.structure.flat:
-            return self
-        self.expressions(formulas)  # refuses what was left out
-        return System(self.structure.with_changes(flat))
+            flat = watching(self.structure.flat, formulas)
+            if flat is self.structure.flat:
+                return self
+            self.expressions(formulas)  # refuses what was left out
+            return self._watching.of(
+                tuple(flat.watched), lambda: System(self.structure.with_changes(flat))
+            )
 
     def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> scipy.sparse.csc_array:
         """Jacobian of the right-hand side by the states; what cancels is exactly zero."""
@@ -316,10 +315,10 @@ class System(Shared, RichHtml):
             return self._by_ranks[key]
 
     def has_equations_of(self, other: System) -> bool:
-        """Whether this is the other system, or the same led by other states."""
+        """Whether this is the other system, or the same led by other states or with more kinks."""
         own, its = self.structure, other.structure
         asked = (own.outputs, own.kept) == (its.outputs, its.kept)
-        return self is other or (own.flat is its.flat and asked)
+        return self is other or (own.flat.tree is its.flat.tree and asked)
 
     # -- names and values ----------------------------------------------------------------------
 

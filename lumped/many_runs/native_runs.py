@@ -311,8 +311,7 @@ def read_run(plan: RunPlan, point: OperatingPoint, of: Sequence[Functional]) -> 
     Raises
     ------
     OptionError
-        If an event that is asked for does not happen in the run, or a formula has kinks and the
-        run began at a given point.
+        If an event that is asked for does not happen in the run.
     SolverError
         If the run cannot be made again.
     """

@@ -28,10 +28,13 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units, display
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import amounts, number, table
+from lumped.support.units import plain
 from lumped.timeloop.results.trajectory import Trajectory
 
 Limit = float | Sequence[tuple[float, float]]
 """A torque for all speeds, or rows of speed and torque."""
+_Given = float | str | Sequence[tuple[float | str, float | str]]
+"""The same, each a number or a value with a unit."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ class Sizing(RichHtml):
     points : tuple of ndarray, each of shape (k,)
         Speed and torque over the run.
     rated, maximum : float, rows of (speed, torque) or None
-        The limits that were given.
+        The limits that were given, in `units`.
     """
 
     peak_torque: float
@@ -165,8 +168,8 @@ def sizing(
     run: Trajectory,
     *,
     of: tuple[Name, Name],
-    rated: Limit | None = None,
-    maximum: Limit | None = None,
+    rated: _Given | None = None,
+    maximum: _Given | None = None,
 ) -> Sizing:
     """What a run asks of a motor, and whether a given motor can do it.
 
@@ -180,10 +183,10 @@ def sizing(
         One cycle, from `simulate` or `inverse`.
     of : (name, name)
         Torque of the motor (N.m) and its angular velocity (rad/s), or force (N) and speed (m/s).
-    rated, maximum : float or rows of (speed, torque), optional
-        Torque that the motor bears for ever, and its greatest: one number, or rows over the
-        magnitude of the speed, with straight lines between them, the first torque below them, and
-        none above the last speed.
+    rated, maximum : float, str or rows of (speed, torque), optional
+        Torque that the motor bears for ever, and its greatest: one number or value with a unit,
+        such as ``"0.3 kN.m"``, or rows of these over the magnitude of the speed, with straight
+        lines between them, the first torque below them, and none above the last speed.
 
     Returns
     -------
@@ -193,6 +196,8 @@ def sizing(
     ------
     OptionError
         If the units are not those of a torque and its speed, or a limit makes no sense.
+    UnitError
+        If a limit has a unit of another dimension.
 
     Notes
     -----
@@ -211,17 +216,18 @@ def sizing(
     dt = np.diff(run.t)
     if not dt.sum() > 0:
         raise OptionError("sizing: the run has no duration; give `grid` at least two instants.")
+    steady, most = _plain(rated, "rated", units), _plain(maximum, "maximum", units)
     tau, w = run[torque], run[rate]
-    load = None if maximum is None else _load(maximum, "maximum", np.abs(w), np.abs(tau))
+    load = None if most is None else _load(most, "maximum", np.abs(w), np.abs(tau))
     if run.read is None:
         found = _of_points(dt, tau, w)
     else:
         keys = run.system.key(torque), run.system.key(rate)
         found = run.read(_wanted(*keys)).tolist()
-        if load is not None and maximum is not None and np.min(_rows(maximum, "maximum")[1]) > 0:
-            load = replace(load, ratio=_ratio(run, keys, maximum, found[1]))
+        if load is not None and most is not None and np.min(_rows(most, "maximum")[1]) > 0:
+            load = replace(load, ratio=_ratio(run, keys, most, found[1]))
     peak_torque, peak_speed, level, mean_speed, power, regeneration, mean_power = found
-    thermal = None if rated is None else _load(rated, "rated", np.array([mean_speed]), [level])
+    thermal = None if steady is None else _load(steady, "rated", np.array([mean_speed]), [level])
     return Sizing(
         peak_torque,
         peak_speed,
@@ -234,8 +240,8 @@ def sizing(
         load,
         units,
         (w, tau),
-        rated,
-        maximum,
+        steady,
+        most,
     )
 
 
@@ -296,6 +302,17 @@ def _bound(limit: Limit, what: str, speed: np.ndarray) -> np.ndarray:
     beyond = torques[0] if np.isscalar(limit) else np.nan
     bound: np.ndarray = np.interp(speed, speeds, torques, right=beyond)
     return bound
+
+
+def _plain(limit: _Given | None, what: str, units: tuple[str, str]) -> Limit | None:
+    """A limit as numbers in the units of torque and speed."""
+
+    def convert(value: float | str, unit: str) -> float:
+        return plain(value, unit, f"sizing: {what} =", OptionError)
+
+    if not isinstance(limit, Sequence | np.ndarray) or isinstance(limit, str):
+        return None if limit is None else convert(limit, units[0])
+    return [(convert(w, units[1]), convert(bound, units[0])) for w, bound in limit]
 
 
 def _rows(limit: Limit, what: str) -> np.ndarray:

@@ -336,7 +336,7 @@ def _words(hint: Any) -> str:
     if origin in (Iterable, Sequence, tuple, list):
         if len(kinds) > 1 and kinds[1] is not Ellipsis:
             return f"a row of {len(kinds)}, each {_words(kinds[0])},"
-        if get_origin(kinds[0]) is tuple and set(get_args(kinds[0])) == {float}:
+        if get_origin(kinds[0]) is tuple and set(get_args(kinds[0])) <= {float, float | str}:
             return f"rows of {len(get_args(kinds[0]))} numbers"
         if kinds[0] is float:
             return "a list of finite numbers"

@@ -132,23 +132,17 @@ class RunPlan(NamedTuple):
         Raises
         ------
         OptionError
-            If the start point belongs to another system, or to one that does not stop there.
+            If the start point belongs to another system.
         """
         if not isinstance(self.start, OperatingPoint):
             return watching(system, of)
-        begun, of = self.start.system, [*of]
+        begun = self.start.system
         if not begun.has_equations_of(system):
             raise OptionError(
                 f"{system.name}: the start point belongs to another system. Make it with the "
                 "system that is given."
             )
-        if of and watching(begun, of) is not begun:
-            raise OptionError(
-                f"{system.name}: {', '.join(map(str, of))}: a formula has kinks, at which a run "
-                "from an operating point does not stop. Write lumped.ops.smooth around what has "
-                "them."
-            )
-        return begun
+        return watching(begun.watching(system.structure.flat.watched), of)
 
 
 def run_plan(until: float | str, rtol: float, options: RunOptions) -> RunPlan:

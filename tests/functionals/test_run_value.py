@@ -106,9 +106,26 @@ def test_formulas_with_kinks_are_read_to_the_tolerance(cosine):
     run = lp.simulate(cosine, until=2 * np.pi / 3, rtol=1e-9)
     assert run.value(above) == pytest.approx(2 * np.arccos(0.3) / 3, abs=1e-8)
     assert run.value(fun.mean(abs(phi))) == pytest.approx(2 / np.pi, abs=1e-8)
-    late = lp.simulate(cosine, until=2.0, start=run.point(1.0))
-    with pytest.raises(OptionError, match="has kinks"):
-        late.value(above)
+
+
+def test_formulas_with_kinks_are_read_in_runs_from_a_point(cosine):
+    """The angle ``cos 3t`` from 1 s on, in which nested kinks begin on either side."""
+    phi = cosine.model.a.phi
+    t = np.linspace(1.0, 2.0, 1_000_001)
+    y = np.cos(3 * t)
+    nested = abs(abs(phi) - 0.8)
+    wanted = np.trapezoid(np.abs(np.abs(y) - 0.8), t)
+    point = lp.simulate(cosine, until=2.0, rtol=1e-10).point(1.0)
+    late = lp.simulate(cosine, until=2.0, rtol=1e-10, start=point)
+    above = fun.integral(lp.ops.where(phi > -0.3, 1, 0))
+    assert late.value(fun.integral(nested)) == pytest.approx(wanted, abs=1e-8)
+    assert late.value(above) == pytest.approx(2 - (2 * np.pi - np.arccos(-0.3)) / 3, abs=1e-8)
+    own = {"phi": fun.integral(abs(phi))}
+    ensemble = lp.ensemble(cosine, over={"a.J": [1.0]}, until=2.0, of=own, start=point, rtol=1e-10)
+    expected = np.trapezoid(np.abs(y), t)
+    assert ensemble["phi"][0] == pytest.approx(expected, abs=1e-8)
+    found = lp.gradient(cosine, of=[own["phi"]], by=["a.J"], until=2.0, start=point, rtol=1e-10)
+    assert found.values == pytest.approx(expected, abs=1e-8)
 
 
 def test_what_a_run_does_not_have_is_named(bouncing):

@@ -9,9 +9,9 @@ from rows import in_a_row
 
 import lumped as lp
 from lumped import profiles
-from lumped.components import Inertia, Torque, translation
-from lumped.errors import OptionError
-from lumped.ops import sin
+from lumped.components import Damper, Fixed, Inertia, Torque, translation
+from lumped.errors import OptionError, UnitError
+from lumped.ops import cos, sin
 
 J, PEAK, T_UP, T_CRUISE, T_REST = 0.4, 20.0, 0.25, 0.5, 0.6
 
@@ -115,6 +115,7 @@ def test_a_force_is_sized_over_a_speed_through_zero():
 )
 def test_what_cannot_be_sized_is_named(cycle, options, part):
     refused(OptionError, lambda: size(cycle, **options), part)
+    refused(UnitError, lambda: size(cycle, rated="3 N.m.s"), "rated = '3 N.m.s'", "kind N.m")
 
 
 @pytest.mark.parametrize("grid", [1, 7, None])
@@ -140,3 +141,29 @@ def test_a_limit_over_the_speed_is_compared_between_output_times(grid):
         for limit in limits
     ]
     assert found == pytest.approx([6 / np.sqrt(28), np.inf], rel=1e-6)
+
+
+@pytest.mark.parametrize("begun", ["point", "start point", "periodic"])
+def test_a_run_from_a_point_is_sized_by_its_kinks_too(begun):
+    # w = -0.6 cos(5 t) with a damper of 2 N.m.s: torque 6 sin(5 t) - 1.2 cos(5 t)
+    tau = 6.0 * sin(5.0 * lp.time) - 1.2 * cos(5.0 * lp.time)
+    parts = {"body": Inertia(J=2.0, w=-0.6), "loss": Damper(d=2.0), "wall": Fixed()}
+    system = lp.assemble(in_a_row(motor=Torque(tau=tau), **parts))
+    period, rtol = 2 * np.pi / 5, 1e-9
+    if begun == "periodic":
+        run = lp.periodic(system, period=period, start={"body.w": -0.6}, rtol=rtol).run
+    else:
+        first = lp.simulate(system, until=1.0, rtol=rtol)
+        point = first.point(1.0) if begun == "point" else lp.start_point(system)
+        run = lp.simulate(system, until=point.time + period, start=point, rtol=rtol)
+    limits = {"rated": "0.006 kN.m", "maximum": [("0 rpm", "8 N.m"), (0.7, 1.0)]}
+    found = lp.simulation.sizing(run, of=("motor.tau", "body.w"), **limits)
+    rms = np.hypot(6.0, 1.2) / np.sqrt(2)
+    received = (found.rms_torque, found.mean_speed, found.thermal.ratio)
+    assert received == pytest.approx((rms, 1.2 / np.pi, rms / 6), rel=1e-6)
+    swing = np.hypot(1.8, 0.36)
+    received = found.peak_power, found.peak_regeneration, found.mean_power
+    assert received == pytest.approx((swing + 0.36, swing - 0.36, 0.36), rel=1e-6)
+    angle = np.linspace(0, 2 * np.pi, 1_000_001)
+    share = np.abs(6 * np.sin(angle) - 1.2 * np.cos(angle)) / (8 - 6 * np.abs(np.cos(angle)))
+    assert found.peak.ratio == pytest.approx(share.max(), rel=1e-6)
