@@ -153,9 +153,8 @@ def _units(given: Sequence[str]) -> Units:
 
 _OWN = {
     "explore": "explore(parameters), which returns what lumped.explore does",
-    "live": "live(path, parameters), which writes its page and returns the path; lumped.live_page "
-    "does",
-    "report": "report(path, parameters), which writes its page and returns the path; "
+    "live": "live(path, parameters), which writes its page, as lumped.live_page does",
+    "report": "report(path, parameters), which writes its page, as "
     "lumped.drawing.torsional_report and report_html do",
 }
 """Functions that a user's module may have."""
@@ -173,6 +172,25 @@ def _own(file: str, name: str) -> Callable[..., Any] | None:
     if not callable(found):
         raise OptionError(f"{name}: '{module}' has no function {_OWN[name]}.")
     return cast("Callable[..., Any]", found)
+
+
+def _written(found: Any, file: Path, name: str) -> Path:
+    """Where a user's function wrote its page: what it returns, or else the path that it was given.
+
+    Raises
+    ------
+    OptionError
+        If there is no such file.
+    """
+    if not isinstance(found, str | Path | None):
+        raise OptionError(
+            f"report: the function of '{name}' returns a {type(found).__name__}; return the path "
+            "of the page, as lumped.live_page and report_html do, or nothing."
+        )
+    path = Path(file if found is None else found)
+    if not path.is_file():
+        raise OptionError(f"report: the function of '{name}' writes no page to '{path}'.")
+    return path
 
 
 def _explored(name: str, changes: Changes) -> Explorer:
@@ -219,7 +237,7 @@ def _live(name: str, file: Path, changes: Changes) -> Path:
     from lumped.live.live_page import live_page
 
     if own := _own(name, "live"):
-        return Path(own(file, changes))
+        return _written(own(file, changes), file, name)
     chosen = machine(name)
     about = chosen.ABOUT
     run = chosen.scene(about.until, parameters=changes, grid=1)
@@ -247,7 +265,7 @@ def _report(name: str, file: Path, changes: Changes) -> Path:
     from lumped.models.sources import constants
 
     if own := _own(name, "report"):
-        return Path(own(file, changes))
+        return _written(own(file, changes), file, name)
     chosen = machine(name)
     about = chosen.ABOUT
     run = chosen.scene(about.until, parameters=changes, grid=4000, certify=True)

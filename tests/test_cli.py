@@ -295,3 +295,32 @@ def test_explore_tells_what_is_missing(tmp_path, capsys):
     ):
         assert main(["explore", name]) == 2
         assert text in capsys.readouterr().err
+
+
+WRITTEN = """
+from pathlib import Path
+
+def report(path, parameters):
+    {}
+
+live = report
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "text"),
+    [
+        ("path.write_text('page')", 0, "written: {}"),
+        ("Path(path).write_text('page'); return path", 0, "written: {}"),
+        ("return str(path) + '.gone'", 2, "writes no page to '{}.gone'"),
+        ("pass", 2, "writes no page to '{}'"),
+        ("return 3.0", 2, "returns a float; return the path of the page"),
+    ],
+)
+@pytest.mark.parametrize("live", [[], ["--live"]])
+def test_a_function_of_ones_own_writes_its_page(tmp_path, capsys, line, code, text, live):
+    file, page = tmp_path / "own.py", tmp_path / "page.html"
+    file.write_text(WRITTEN.format(line))
+    assert main(["report", str(file), "-o", str(page), *live]) == code
+    printed = capsys.readouterr()
+    assert text.format(page) in printed.out + printed.err
