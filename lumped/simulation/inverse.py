@@ -42,8 +42,8 @@ def inverse(
     current, a damped twist) remains a state and is integrated from its start values. The motion
     holds from the time zero on; a drive that shall start from rest needs a motion that does.
 
-    While a motion with dry friction stands still, friction keeps the torque with which it last slid
-    (none before the first motion), as nothing tells how it shares the load with the drive.
+    While a motion with dry friction stands still, nothing tells how friction shares the load with
+    the drive: friction is taken as zero then, and the drive holds the load alone.
 
     Parameters
     ----------

@@ -236,6 +236,21 @@ def test_what_slips_or_opens_between_drive_and_motion_is_refused(part):
     assert worst(run["a.a"], np.cos(run.t)) < 1e-13
 
 
+@pytest.mark.parametrize("law", [profiles.polynomial5, profiles.polynomial7])
+def test_friction_carries_nothing_while_the_motion_stands_still(law):
+    parts = {"a": Inertia(J=1.0), "f": BearingFriction(characteristic=((0, 3.0),))}
+    system = lp.assemble(drive(**parts, load=Torque(tau=-10.0)), keep=["a.phi"])
+    moves = law(1.0, 0.5), profiles.dwell(0.2), law(-1.0, 0.5), profiles.dwell(0.2)
+    motion = {"a.phi": profiles.path(*moves)}
+    run = lp.inverse(system, motion=motion, drive="motor.tau", until=1.4, grid=140)
+    rests = ((run.t > 0.501) & (run.t < 0.699)) | (run.t > 1.201)
+    assert run["f.tau"][rests] == pytest.approx(0.0, abs=1e-9)
+    assert run["motor.tau"][rests] == pytest.approx(10.0, abs=1e-9)
+    first, back = (run.t > 0.001) & (run.t < 0.499), (run.t > 0.701) & (run.t < 1.199)
+    assert run["f.tau"][first] == pytest.approx(3.0)
+    assert run["f.tau"][back] == pytest.approx(-3.0)
+
+
 def test_dry_friction_behind_a_spring_is_refused():
     system = lp.assemble(
         drive(
