@@ -11,7 +11,10 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+import numpy as np
+
 from lumped.compiler.assemble import assemble
+from lumped.compiler.condition import Condition
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.drawing.part_values import find_part_values, find_powers, part_texts
@@ -240,18 +243,32 @@ def _ranges(watched: Watched) -> list[dict[str, Any]]:
 
 
 def _event_words(system: System) -> dict[str, list[Any]]:
-    """Names of conditions and holds, and what each position means."""
+    """Names of conditions, holds and functions of time, and what each position means.
+
+    What changes because another function of time does, one of its `needs`, is not told.
+    """
     s = system.switching
-    conditions = []
-    for k, condition in enumerate(s.conditions):
-        count = 2 if condition.pieces is None else condition.pieces.count
-        words = {str(mode): s.relation_text(k, mode)[1] for mode in range(count)}
-        conditions.append({"name": condition.name, "words": words})
+
+    def words(condition: Condition) -> dict[str, Any]:
+        pieces = condition.pieces
+        numbers = np.arange(2 if pieces is None else pieces.count)
+        if pieces is not None and pieces.period is not None:
+            left, begins = condition.relation.sides[0], pieces.begin(numbers).tolist()
+            found = {"left": left, "begins": begins, "period": pieces.period}
+        else:
+            texts = condition.texts(numbers)
+            found = {"words": dict(zip(map(str, numbers.tolist()), texts, strict=True))}
+        return {"name": condition.name} | found
+
+    timed = [
+        words(condition) | {"told": condition.relation.told, "needs": needs}
+        for condition, needs in zip(s.timed, s.needs, strict=True)
+    ]
     holds = [
         {"name": name, "words": dict(zip(map(str, POSITIONS), hold_words(s, h), strict=True))}
         for h, name in enumerate(s.names)
     ]
-    return {"0": conditions, "1": holds}
+    return {"0": [*map(words, s.conditions)], "1": holds, "2": timed}
 
 
 def _find_numbers(

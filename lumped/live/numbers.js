@@ -21,6 +21,14 @@ function short(value, unit) {
   return amount(Number((value / factor).toPrecision(3)), prefix + unit, 6);
 }
 
+/* What the position of an event says; pieces of a period are counted on. */
+function wordsOf(named, number) {
+  if (named.words) return named.words[number] || "";
+  const count = named.begins.length;
+  const begin = n => told(named.begins[n - count * Math.floor(n / count)] + named.period * Math.floor(n / count), 6);
+  return `${named.left} >= ${begin(number)} and ${named.left} < ${begin(number + 1)}`;
+}
+
 /* A number of the run from what the loop took; NaN where its event did not happen. */
 function numberOf(rule, taken) {
   const r = rule.places.map(place => {

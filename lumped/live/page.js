@@ -26,9 +26,11 @@ function computed() {
     Float64Array.from({length: count}, (_, k) => rows[k * width + 1 + i]));
   found.eventCount = loop.event_count();
   const noted = new Float64Array(loop.memory.buffer, loop.noted(), 4 * loop.noted_count());
+  const isNoted = (t, clock) => noted.some((_, k) => k % 4 === 0 && noted[k] === t && noted[k + 1] === 2 && noted[k + 2] === clock);
   for (let k = 0; k < noted.length; k += 4) {
-    const named = data.events[noted[k + 1]][noted[k + 2]];
-    found.events.push({t: noted[k], name: named.name, after: named.words[noted[k + 3]] || ""});
+    const named = data.events[noted[k + 1]][noted[k + 2]], t = noted[k], isTimed = noted[k + 1] === 2;
+    if (isTimed && (!named.told || named.needs.some(clock => isNoted(t, clock)))) found.eventCount -= 1;
+    else found.events.push({t, isTimed, name: named.name, after: wordsOf(named, noted[k + 3])});
   }
   if (count <= data.grid) return {...found, fault: "The run ends early: " + words()};
   const most = Math.max(0, ...data.numbers.flatMap(n => n.places.flatMap(p => [p.column, p.happened])),

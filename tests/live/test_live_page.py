@@ -117,8 +117,11 @@ def test_pages_of_the_published_machines(name: str, browser: Browser, tmp_path: 
         np.abs(run[name] - beside[name]).max() / np.ptp(run[name]) for name in names
     )
     error = deviation(browser, run, names)
-    times = sorted(browser.value("shown.events.map(e => e.t)"))
+    times = sorted(browser.value("shown.events.filter(e => !e.isTimed).map(e => e.t)"))
     changes = sorted(e.time for e in run.events if e.kind != "time")
+    told = browser.value("shown.events.filter(e => e.isTimed).map(e => e.t)")
+    timed = {e.time for e in run.events if e.kind == "time" and e.time < run.t[-1]}
+    np.testing.assert_allclose(np.unique(told), sorted(timed), rtol=1e-12)
     drawn = browser.value("place('state').textContent")
     with capsys.disabled():
         print(
@@ -197,6 +200,28 @@ def test_numbers_of_a_run_are_those_of_an_ensemble(browser: Browser, tmp_path: P
     assert "does not happen" in browser.value("place('numbers').textContent")
     run = lp.simulate(system, until=4.0, grid=1000, parameters=values, method="steps")
     assert deviation(browser, run, ["load.w", "shaft.tau"]) < 1e-12
+
+
+def test_jumps_of_functions_of_time_are_events(browser: Browser, tmp_path: Path):
+    begins = lp.ops.where(lp.time >= 0.1, 5.0, 0.0)
+    pulse = lp.ops.interpolate(lp.time, [0, 0.3, 0.4, 0.5], [0, 0, 2.0, 0], period=0.5)
+    rig = lp.compose(
+        pull=Torque(tau=begins),
+        push=Torque(tau=pulse),
+        body=Inertia(J=2.0),
+        connections=lambda m: [lp.connect(m.pull.flange, m.push.flange, m.body.flange_a)],
+    )
+    page = lp.live_page(rig, tmp_path / "p.html", until=0.95, plots=["body.w"])
+    shown(browser, page)
+    found = browser.value("shown.events.map(e => [e.t, e.name + ': ' + e.after])")
+    assert [t for t, _ in found] == pytest.approx([0.1, 0.3, 0.4, 0.5, 0.8, 0.9], rel=1e-12)
+    assert found[0][1] == "pull.tau: time >= 0.1"
+    assert found[4][1] == "push.tau: time >= 0.8 and time < 0.9"
+    assert len(found) == browser.value("shown.eventCount")
+    words = browser.value("place('events').textContent")
+    assert all(text in words for _, text in found)
+    run = lp.simulate(lp.assemble(rig), until=0.95)
+    assert [e.after for e in run.events] == [text.split(": ")[1] for _, text in found]
 
 
 class Shaken(lp.Component):

@@ -50,8 +50,8 @@ typedef enum { NOWHERE, CROSSED, DUE } Halt;
 /* At which events co-simulation stops: none, those at communication points, all. */
 typedef enum { THROUGH, AT_POINTS, EVERYWHERE } Stops;
 
-/* What happened: how much, and of the first ones the instant, kind (0 condition, 1 hold), number and
-   position after. */
+/* What happened: how much, and of the first ones the instant, kind (0 condition, 1 hold, 2 function
+   of time), number and position after. */
 typedef struct {
     int count, most;
     double (*row)[4];

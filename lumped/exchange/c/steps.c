@@ -54,6 +54,10 @@ static void open(Unit *unit, int64_t phase)
     memcpy(m, run->m, N_SETTINGS * sizeof(double));
     unit_set_clocks(unit, run->t + early, m);
     for (int i = 0; i < N_TIMED; i++) run->timed_values[N_TIMED + i] = m[run->timed_setting[i]];
+    for (int k = 0; k < N_CLOCKS && phase == BEGIN_SEGMENT; k++) {
+        int64_t was = (int64_t)run->m[clock_setting[k]], now = (int64_t)m[clock_setting[k]];
+        if (was != now) note(unit->events, run->t, (int64_t[]){2, k, was, now});
+    }
     double instant = unit_next_instant(unit, m, run->t, early);
     unit->is_instant = instant <= unit->stop + early;
     run->end = unit->is_instant && instant < unit->stop - early ? instant : unit->stop;
