@@ -24,10 +24,12 @@ def find_printer(path: Path) -> str | None:
     Raises
     ------
     OptionError
-        If there is none.
+        If there is none, or the file is neither.
     """
-    if path.suffix.lower() != ".pdf":
+    if path.suffix.lower() in (".html", ".htm"):
         return None
+    if path.suffix.lower() != ".pdf":
+        raise OptionError(f"{path.name}: a report is a page .html or .pdf; name one of these.")
     given = os.environ.get("LUMPED_CHROMIUM")
     for program in (given,) if given else _PROGRAMS:
         if found := shutil.which(program):

@@ -122,10 +122,10 @@ def slider(system: System, theta: np.ndarray, name: Name, ends: Ends | None = No
     key = parameters.names[index]
     low, high = _natural(declared, default) if ends is None else _check_ends(key, declared, ends)
     if not low < high:
-        raise OptionError(f"explore: the slider of {key} goes from {low:g} to {high:g}.")
+        raise OptionError(f"The slider of {key} goes from {low:g} to {high:g}.")
     if not low <= default <= high:
         raise OptionError(
-            f"explore: the slider of {key} goes from {low:g} to {high:g}; the value of the model, "
+            f"The slider of {key} goes from {low:g} to {high:g}; the value of the model, "
             f"{amount(default, declared.unit)}, lies beyond. Change the ends."
         )
     is_ratio = low > 0 and high / low >= _WIDE
@@ -134,13 +134,13 @@ def slider(system: System, theta: np.ndarray, name: Name, ends: Ends | None = No
 
 def _check_ends(key: str, declared: Param, ends: Ends) -> tuple[float, float]:
     if isinstance(ends, str) or len(ends) != 2:
-        raise OptionError(f"explore: sliders[{key}] = {shown(ends)}: give both ends, (low, high).")
+        raise OptionError(f"sliders[{key}] = {shown(ends)}: give both ends, (low, high).")
     found = []
     for end in ends:
-        value = plain(end, declared.unit, f"explore: end of the slider of {key}", ParameterError)
+        value = plain(end, declared.unit, f"end of the slider of {key}", ParameterError)
         if why := declared.fault(value):
             raise ParameterError(
-                f"explore: end of the slider of {key} = {amount(value, declared.unit)} "
+                f"end of the slider of {key} = {amount(value, declared.unit)} "
                 f"({declared.text}) {why}."
             )
         found.append(value)
@@ -176,5 +176,5 @@ def sliders(system: System, theta: np.ndarray, wanted: Wanted) -> tuple[Slider, 
         raise OptionError(f"{system.name}: explore: name at least one parameter to move.")
     for name in names:
         if names.count(name) > 1:
-            raise OptionError(f"{system.name}: explore: the slider of {name} is named twice.")
+            raise OptionError(f"{system.name}: the slider of {name} is named twice.")
     return found

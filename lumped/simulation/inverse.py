@@ -99,6 +99,7 @@ def inverse(
     try:
         flat = flatten(system.model, motions, frozenset(drives))
         inverted = System(Structure(flat, None, system.structure.recipe.kept))
+        inverted.function(drives)  # refuses drives that nothing determines
     except SingularModelError as error:
         raise SingularModelError(
             f"{system.name}: {' and '.join(drives)} cannot bring about a prescribed "

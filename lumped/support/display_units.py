@@ -264,7 +264,8 @@ def display_units(units: Units) -> AbstractContextManager[object]:
         such as ``"rad/s"``; the first of these that is given counts. ``"engineering"`` is
         ``{"N.m": "kN.m", "N.m/rad": "kN.m/rad", "Pa": "MPa", "W": "kW", "rad": "deg",
         "rad/s": "1/min"}``, where 1/min is a speed of rotation. None is SI units. A name whose unit
-        is of another kind in some model is left in SI units there.
+        is of another kind in some model is left in SI units there, and as the choice holds for all
+        models of a session, a path that a model does not have is not refused.
 
     Returns
     -------

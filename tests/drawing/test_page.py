@@ -17,6 +17,7 @@ from rows import assemble_row
 import lumped as lp
 from lumped.cli import main
 from lumped.components import Coupling, Inertia, Spring, Torque
+from lumped.errors import OptionError
 from lumped.models import MARKS, Row, machine
 from lumped.models.reversing_mill import stand
 
@@ -132,6 +133,13 @@ def test_page_shows_error_against_run_time(system: lp.System, tmp_path: Path):
         assert received[4:7] == [str(row.steps), str(row.evaluations), str(row.events)]
         place += 8
     assert not re.search(r"https?:", page.text)
+
+
+@pytest.mark.parametrize("name", ["rig.docx", "rig.txt", "rig"])
+def test_a_file_that_is_no_page_is_refused(system: lp.System, tmp_path: Path, name: str):
+    with pytest.raises(OptionError, match=rf"^{name}: a report is a page \.html or \.pdf"):
+        lp.drawing.report_html(system, tmp_path / name, title="Rig")
+    assert not list(tmp_path.iterdir())
 
 
 def test_texts_are_escaped(page: Path):

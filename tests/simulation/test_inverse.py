@@ -264,6 +264,22 @@ def test_dry_friction_behind_a_spring_is_refused():
     refuses(SingularModelError, system, motion, "motor.tau", "dry friction behind a spring")
 
 
+def test_dry_friction_behind_a_damped_coupling_is_refused_for_its_reason():
+    system = lp.assemble(
+        drive(
+            a=Inertia(J=1.0),
+            shaft=SpringDamper(c=300.0, d=0.05),
+            b=Inertia(J=2.0),
+            f=BearingFriction(characteristic=FRICTION),
+            gear=IdealGear(ratio=2.0),
+            load=Inertia(J=1.0),
+        ),
+        keep=["b.phi"],
+    )
+    motion = {"b.phi": profiles.path(profiles.polynomial7(1.0, 0.5))}
+    refuses(SingularModelError, system, motion, "motor.tau", "dry friction behind a spring")
+
+
 @pytest.mark.parametrize(
     ("kind", "motion", "drives", "words"),
     [

@@ -265,7 +265,13 @@ class FrequencyResponse(ByName, RichHtml):
                     at = number(frequency.value(highest.hertz)), size
                 to_show = display(output, unit, is_change=True).unit
                 rows.append((f"{output} / {given}", str(len(peaks)), *at, to_show))
-        columns = ("output / input", "peaks", f"highest at, {frequency.unit}", "magnitude", "unit")
+        columns = (
+            "output / input",
+            "peaks",
+            f"highest resonance, {frequency.unit}",
+            "magnitude",
+            "unit",
+        )
         return f"{head}\n" + table(columns, rows)
 
 
