@@ -224,7 +224,7 @@ class StrokeLoad(Component):
     value 1 at ``z_m = p / (p + q)``: none at the ends of the stroke and beyond. `F` is `forward`
     from s_0 to s_1 and `backward` on the way back. The sign is straight between ``-v_0`` and
     ``v_0``, so the load slows a standstill but does not hold it. With an exponent below 1 the force
-    begins or ends infinitely steeply: runs take longer to pass there, and derivatives may not exist.
+    begins or ends infinitely steeply: runs pass there slowly, and derivatives may not exist.
     """
 
     symbol = "force"

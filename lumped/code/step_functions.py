@@ -20,6 +20,8 @@ Real: TypeAlias = NDArray[np.float64]
 
 _WORTH = 8
 """Comparisons of one number from which it is looked up."""
+_JUMPS = {ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL}
+"""Operations whose results stay the same but for jumps."""
 _SAME: dict[int, Callable[..., Real]] = {
     ca.OP_ADD: np.add,
     ca.OP_SUB: np.subtract,
@@ -70,6 +72,42 @@ class TabulatedSteps(NamedTuple):
         return np.hstack(found)
 
 
+class PieceNumbers(NamedTuple):
+    """Numbers that stay the same in each smooth piece of a function.
+
+    Attributes
+    ----------
+    arguments : Operations
+        The same inputs -> what tells the pieces, shape (a,).
+    constants : tuple of ndarray
+        With what each of them is compared, ascending; of none, it is a number of a piece itself.
+    """
+
+    arguments: Operations
+    constants: tuple[Real, ...]
+
+    def settings(self, arguments: Real) -> Real:
+        """Numbers of the pieces at points, shape (points, a)."""
+        found = arguments.copy()
+        for column, constants in zip(found.T, self.constants, strict=True):
+            if len(constants):
+                column[:] = np.searchsorted(constants, column, side="right")
+        return found
+
+
+def number_pieces(operations: Operations) -> PieceNumbers:
+    """What tells the smooth pieces of a function apart."""
+    table = operations.table
+    given = _find_sources(table)
+    found = _find_constants(operations, given, 1)
+    for row, op in enumerate(table[:, 0].tolist()):
+        if op == ca.OP_FABS:
+            found[given[row][0]] = np.union1d(found.get(given[row][0], []), 0.0)
+        elif op in _JUMPS and not (op == ca.OP_LE and given[row][1] in found):
+            found[row] = np.zeros(0)
+    return PieceNumbers(_at_rows(operations, list(found)), tuple(found.values()))
+
+
 def tabulate_steps(operations: Operations, settings: int) -> TabulatedSteps | None:
     """A function with its step functions apart; None if it has none worth it.
 
@@ -99,18 +137,24 @@ def tabulate_steps(operations: Operations, settings: int) -> TabulatedSteps | No
     for source in (source for each in used.values() for source in each):
         rest[source] = (SETTING, table[source, 1], count, 0)
         count += 1
-    rows = []
-    for row in np.flatnonzero(table[:, 0] != RESULT).tolist():
-        rows.append(table[row])
-        if row in used:
-            rows.append(np.array((RESULT, list(used).index(row), table[row, 1], 0)))
-    arguments = replace(operations, table=np.array(rows), results=len(used))
     return TabulatedSteps(
-        first_results(arguments, len(used)),
+        _at_rows(operations, list(used)),
         tuple(compared[number] for number in used),
         tuple(np.column_stack([steps[s].values for s in own]) for own in used.values()),
         first_results(replace(operations, table=rest), operations.results),
     )
+
+
+def _at_rows(operations: Operations, found: list[int]) -> Operations:
+    """The same inputs -> what operations in some rows give."""
+    rows = []
+    places = {row: place for place, row in enumerate(found)}
+    for row in np.flatnonzero(operations.table[:, 0] != RESULT).tolist():
+        rows.append(operations.table[row])
+        if row in places:
+            rows.append(np.array((RESULT, places[row], operations.table[row, 1], 0)))
+    table = np.array(rows, dtype=np.int64).reshape(-1, 4)
+    return first_results(replace(operations, table=table, results=len(found)), len(found))
 
 
 def _find_sources(table: NDArray[np.int64]) -> list[tuple[int, ...]]:
@@ -124,7 +168,9 @@ def _find_sources(table: NDArray[np.int64]) -> list[tuple[int, ...]]:
     return found
 
 
-def _find_constants(operations: Operations, given: list[tuple[int, ...]]) -> dict[int, Real]:
+def _find_constants(
+    operations: Operations, given: list[tuple[int, ...]], least: int = _WORTH
+) -> dict[int, Real]:
     """Numbers, by their rows, and the constants that they are at least or not."""
     op = operations.table[:, 0]
     found: dict[int, set[float]] = {}
@@ -133,7 +179,7 @@ def _find_constants(operations: Operations, given: list[tuple[int, ...]]) -> dic
         if op[constant] == ca.OP_CONST and op[number] != ca.OP_CONST:
             value = float(operations.constants[operations.table[constant, 2]])
             found.setdefault(number, set()).add(value)
-    return {n: np.array(sorted(values)) for n, values in found.items() if len(values) >= _WORTH}
+    return {n: np.array(sorted(values)) for n, values in found.items() if len(values) >= least}
 
 
 def _steps(

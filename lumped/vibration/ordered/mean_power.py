@@ -11,8 +11,9 @@ from lumped.compiler.system import System
 from lumped.support.arrays import Complex, Integer, Real
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.vibration.rotating.rotation import Rotation, samples_of
+from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations
+from lumped.vibration.rotating.turns import begin_of, turns_of
 
 
 class _Curvature(NamedTuple):
@@ -48,9 +49,10 @@ def mean_power(
     count = len(orders)
     found = np.empty(z.shape[:2])
     for k, speed in enumerate(steady.speeds):
-        samples = samples_of(steady) if known.turns else 1
-        x, settings = steady.along(k, samples)
-        w = np.repeat(orders * speed, samples)
+        angles, weights, x, settings = (
+            turns_of(small, steady, k) if known.turns else begin_of(steady, k)
+        )
+        w = np.repeat(orders * speed, len(angles))
         vibration = small.at(w, np.tile(amplitudes[k], (len(w), 1)))
         numbers = known.numbers(
             np.hstack([np.tile(x, (count, 1)), vibration]),
@@ -58,7 +60,7 @@ def mean_power(
             np.full(len(w), steady.time),
             np.tile(settings, (count, 1)),
         )
-        numbers = numbers.reshape(count, samples, -1).mean(axis=1)
+        numbers = weights @ numbers.reshape(count, len(angles), -1)
         pairs = (z[k][:, known.rows].conj() * z[k][:, known.columns]).real
         found[k] = 0.25 * (numbers * pairs).sum(axis=1)
     return found

@@ -22,8 +22,8 @@ from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.ordered.order_solution import OrderSolution, synthesis_of
 from lumped.vibration.ordered.synthesis import Synthesis
 from lumped.vibration.rotating.harmonics import derive_by_parameters, sweep_turns
-from lumped.vibration.rotating.rotation import samples_of
 from lumped.vibration.rotating.small_vibrations import Parts
+from lumped.vibration.rotating.turns import turns_of
 
 OrderMeasure = Literal["maximum", "half range", "sum"] | float
 """Of a synthesis, or the order whose amplitude is meant."""
@@ -253,14 +253,15 @@ class _AtSpeed:
                 strict=True,
             )
         ]
-        samples = samples_of(steady, orders)
-        turning = np.zeros((samples, count), dtype=complex)
+        turns = turns_of(small, steady, 0, orders)
+        turning = np.zeros((len(turns.x), count), dtype=complex)
         if steady.turns_matter:
             whole = np.abs(orders * steady.turns - np.rint(orders * steady.turns)) <= 1e-9
-            waves = np.exp(-1j * steady.angles(samples)[:, None] * orders[whole])
-            turning[:, whole] = waves * (2 / samples)
+            turning[:, whole] = turns.waves(orders[whole]).T
         own = [(turning @ left).real, (turning @ direct).real]
-        slope_x, slope = sweep_turns(small, steady, own, [part.sum(axis=0) for part in by_order])
+        slope_x, slope = sweep_turns(
+            small, steady, turns, own, [part.sum(axis=0) for part in by_order]
+        )
         by_amplitude = np.zeros(self.amplitudes.shape[1])
         if small.places:
             still = [np.zeros(left.shape), np.zeros(direct.shape)]

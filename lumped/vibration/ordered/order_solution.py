@@ -258,7 +258,7 @@ def _refuse_unknown_masses(small: SmallVibrations, steady: Rotation, w: float) -
     """Refuse laws of the frequency that change torques of the turns: a mass is not in M."""
     if not (len(small.masses.rows) and steady.turns_matter):
         return
-    x, settings = steady.along(0, _LOOKS)
+    x, settings = steady.along(0, 2 * np.pi * steady.turns * np.arange(_LOOKS) / _LOOKS)
     theta, time = steady.theta[0], steady.time
     stated = np.tile(theta[small.laws.places], (_LOOKS, 1))
     held, there = (

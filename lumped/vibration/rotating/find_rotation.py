@@ -17,8 +17,9 @@ from lumped.support.arrays import Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of, speed_of
+from lumped.vibration.rotating.rotation import Rotation, find_settings, speed_of
 from lumped.vibration.rotating.small_vibrations import Parts, small_vibrations
+from lumped.vibration.rotating.turns import everything_along, turns_of
 
 _REPEATS = 1e-9
 """Difference of rates, relative to the largest, below which a drive is the same after a cycle."""
@@ -221,7 +222,6 @@ class _Balance:
         (self.place,) = steady.system.places([name])
         self._speed = speed_of(steady.system, shaft)
         self._small = small_vibrations(steady.system, (name,), (self._speed,))
-        self._angles = steady.angles(samples_of(steady))[:, None]
         moving = (steady.turning == 0) & ~steady.idle
         self._unknown = np.flatnonzero(np.append(moving, True))
         self._solved: dict[int, Real] = {}
@@ -298,11 +298,11 @@ class _Balance:
         """
         steady, theta = self._steady, self._steady.theta[k].copy()
         theta[self.place] = found[-1]
-        x = found[:-1] + self._angles * steady.turning
-        m = find_settings(steady.system, x, theta, steady.settings[k], steady.time)
-        parts = self._small(x, theta, m, steady.time)
-        matrix, speed = self._small.whole_matrix(parts), steady.speeds[k]
-        means = np.hstack([parts.rates, parts.outputs]).mean(axis=0)
+        there = replace(steady.at(k), x=found[None, :-1], theta=theta[None])
+        turns, speed = turns_of(self._small, there), steady.speeds[k]
+        parts = everything_along(self._small, there, turns)
+        matrix = self._small.whole_matrix(parts, turns.weights)
+        means = turns.weights @ np.hstack([parts.rates, parts.outputs])
         residual = means - speed * np.append(steady.turning, 1.0)
         residual[:-1][steady.idle] = 0.0
         matrix[:-1][steady.idle] = 0.0

@@ -10,8 +10,9 @@ from lumped.numerics.interpolated_rows import interpolate_rows
 from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start_values import relative_positions
 from lumped.support.arrays import Complex, Real
-from lumped.vibration.rotating.rotation import Rotation, find_settings, samples_of, speed_of
+from lumped.vibration.rotating.rotation import Rotation, speed_of
 from lumped.vibration.rotating.small_vibrations import Parts, SmallVibrations, small_vibrations
+from lumped.vibration.rotating.turns import Turns, begin_of, everything_along, turns_of
 
 _ROUNDING = 1e-13
 """Mean over the largest size that is nothing but rounding."""
@@ -43,22 +44,21 @@ def harmonics(
     cycles = orders * steady.turns
     numbers = np.rint(cycles).astype(int)
     whole = np.abs(cycles - numbers) <= 1e-9
-    samples = samples_of(steady, orders)
 
     def row(k: int) -> tuple[Real, Real]:
         """Harmonics of rates and outputs, and all means; and the sizes of the parts of each."""
-        parts = small.along(steady, samples, k)
-        angle = steady.angles(samples)[:, None]
-        growth = angle * _growth(small, steady, k, parts.outputs[0])
+        turns = turns_of(small, steady, k, orders)
+        parts = everything_along(small, steady, turns, k)
+        growth = turns.angles[:, None] * _growth(small, steady, k)
         parts = parts._replace(outputs=parts.outputs - growth)
         moving = np.hstack(parts[:2])
         size = np.abs(moving).max(axis=0, initial=0.0)
         spectrum = np.zeros((len(orders), n + q), dtype=complex)
-        own = np.fft.rfft(moving, axis=0)[numbers[whole]] * (2 / samples)
+        own = turns.waves(orders[whole]) @ moving
         spectrum[whole] = np.where(np.abs(own) > 1e-13 * size, own, 0)
         still = np.hstack(parts[1:])
         sizes = [np.tile(np.repeat(size, 2), len(orders)), np.abs(still).max(axis=0, initial=0.0)]
-        return np.append(spectrum.view(float), still.mean(axis=0)), np.concatenate(sizes)
+        return np.append(spectrum.view(float), turns.weights @ still), np.concatenate(sizes)
 
     if len(steady.points) > 1 or (steady.settings != steady.settings[0]).any():
         rows = np.array([row(k)[0] for k in range(count)])
@@ -71,21 +71,21 @@ def harmonics(
     return spectra[..., :n], spectra[..., n:], means, matrices
 
 
-def mean_matrix(small: SmallVibrations, steady: Rotation, orders: Real) -> tuple[Real, Real]:
+def mean_matrix(small: SmallVibrations, steady: Rotation, turns: Turns) -> tuple[Real, Real]:
     """The state matrix at the first speed by means over the turns, and the mean numbers of M.
 
     It is ``mean(M)^-1 mean(A)``, A in torques: shape (n, n).
     """
-    parts = small.along(steady, samples_of(steady, orders))
+    parts = everything_along(small, steady, turns)
     numbers = parts.A
-    mean = numbers.mean(axis=0)
+    mean = turns.weights @ numbers
     mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
-    M = parts.M.mean(axis=0)
+    M = turns.weights @ parts.M
     pattern, mean = small.masses.divide_matrix(M, small.patterns[0], mean)
     matrix: Real = np.zeros((steady.x.shape[1],) * 2)
     matrix[pattern] = mean
     if steady.turns_matter:
-        # rates are the same after the turns; a mean over some angles misses that at kinks
+        # rates are the same after the turns; a mean over some angles misses that at jumps
         way = steady.turning
         matrix -= np.outer(matrix @ way, way) / (way @ way)
     return matrix, M
@@ -102,7 +102,8 @@ def find_met_order(
     sizes = [
         np.sort(np.abs(own[own.imag > _ROUNDING * np.abs(own)]))
         for k in (0, -1)
-        for own in [scipy.linalg.eigvals(mean_matrix(small, steady.at(k), orders)[0])]
+        for turns in [turns_of(small, steady.at(k), 0, orders)]
+        for own in [scipy.linalg.eigvals(mean_matrix(small, steady.at(k), turns)[0])]
     ]
     count = min(map(len, sizes))
     pairs = np.array([sizes[0][:count], sizes[1][:count]])
@@ -124,9 +125,10 @@ def refuse_unbalanced(small: SmallVibrations, steady: Rotation, what: str) -> No
     """
     states = steady.system.state_names
     for k in np.unique(np.linspace(0, len(steady.speeds) - 1, _EVENLY).astype(int)).tolist():
-        parts = small.along(steady, samples_of(steady), k)
-        matrix = small.whole_matrix(parts)[: len(states), : len(states)]
-        missing = parts.rates.mean(axis=0) - steady.speeds[k] * steady.turning
+        turns = turns_of(small, steady, k)
+        parts = everything_along(small, steady, turns, k)
+        matrix = small.whole_matrix(parts, turns.weights)[: len(states), : len(states)]
+        missing = turns.weights @ parts.rates - steady.speeds[k] * steady.turning
         size = np.abs(parts.rates).max(axis=0) + np.abs(matrix) @ np.abs(steady.x[k])
         share = np.where(steady.idle | (size == 0), 0.0, np.abs(missing) / (size + (size == 0)))
         worst = int(share.argmax())
@@ -140,7 +142,7 @@ def refuse_unbalanced(small: SmallVibrations, steady: Rotation, what: str) -> No
 
 
 def sweep_turns(
-    small: SmallVibrations, steady: Rotation, own: list[Real], means: list[Real]
+    small: SmallVibrations, steady: Rotation, turns: Turns, own: list[Real], means: list[Real]
 ) -> tuple[Real, Real]:
     """One reverse sweep over the turns: derivatives by states and by parameters.
 
@@ -148,16 +150,15 @@ def sweep_turns(
     ----------
     steady : Rotation
         At one speed.
+    turns : Turns
+        Its points.
     own : list of ndarray, shapes (samples, n) and (samples, q)
         Weights of rates and outputs at each of the samples.
     means : list of ndarray, shapes (numbers,)
         Weights of the means of the numbers of A, B, C, D and M.
     """
-    samples = len(own[0])
-    points, settings = steady.along(0, samples)
-    averaged = [np.tile(part / samples, (samples, 1)) for part in means]
-    weights = Parts(*own, *averaged)
-    by_x, by_theta, _ = small.slopes(weights, points, steady.theta[0], settings, steady.time)
+    weights = Parts(*own, *(turns.weights[:, None] * part for part in means))
+    by_x, by_theta, _ = small.slopes(weights, turns.x, steady.theta[0], turns.settings, steady.time)
     return by_x.sum(axis=0), by_theta.sum(axis=0)
 
 
@@ -180,10 +181,10 @@ def derive_by_parameters(steady: Rotation, slope: Real) -> Real:
     if steady.shaft is None or steady.is_given:
         moved = find_moved_point(steady.points[0], list(range(count)))
         return np.zeros(count) if moved is None else slope @ moved.states
-    small, samples, adjoint = _adjoint(steady, slope)
-    weights = np.split(np.tile(adjoint / samples, (samples, 1)), [len(slope)], axis=1)
+    small, turns, adjoint = _adjoint(steady, slope)
+    weights = np.split(turns.weights[:, None] * adjoint, [len(slope)], axis=1)
     zeros = [np.zeros(len(rows)) for rows, _ in small.patterns]
-    return -sweep_turns(small, steady, weights, zeros)[1]
+    return -sweep_turns(small, steady, turns, weights, zeros)[1]
 
 
 def derive_by_speed(steady: Rotation, slope: Real) -> float:
@@ -202,8 +203,8 @@ def derive_by_speed(steady: Rotation, slope: Real) -> float:
     return float(adjoint[:-1] @ steady.turning + adjoint[-1])
 
 
-def _adjoint(steady: Rotation, slope: Real) -> tuple[SmallVibrations, int, Real]:
-    """Equations, samples over the turns, and a multiplier of each mean equation.
+def _adjoint(steady: Rotation, slope: Real) -> tuple[SmallVibrations, Turns, Real]:
+    """Equations, points over the turns, and a multiplier of each mean equation.
 
     The equations are the mean rates, less those of steady rotation, and the speed of the shaft,
     less the speed that is given; shape (n + 1,).
@@ -213,8 +214,9 @@ def _adjoint(steady: Rotation, slope: Real) -> tuple[SmallVibrations, int, Real]
     small = small_vibrations(
         system, () if free is None else (free,), (speed_of(system, steady.shaft),)
     )
-    samples, n = 1 if free is None else samples_of(steady), len(slope)
-    matrix = small.whole_matrix(small.along(steady, samples))
+    n = len(slope)
+    turns = begin_of(steady) if free is None else turns_of(small, steady)
+    matrix = small.whole_matrix(everything_along(small, steady, turns), turns.weights)
     relative = np.isin(system.structure.states, relative_positions(system))
     turning = steady.turning != 0
     if free is None:
@@ -228,13 +230,13 @@ def _adjoint(steady: Rotation, slope: Real) -> tuple[SmallVibrations, int, Real]
     size = np.maximum(np.abs(own).max(axis=1), 1e-300)
     adjoint = np.zeros(n + 1)
     adjoint[equations] = np.linalg.lstsq((own / size[:, None]).T, wanted)[0] / size
-    return small, samples, adjoint
+    return small, turns, adjoint
 
 
-def _growth(small: SmallVibrations, steady: Rotation, k: int, begin: Real) -> Real:
+def _growth(small: SmallVibrations, steady: Rotation, k: int) -> Real:
     """By what outputs, such as angles, grow with the angle of the shaft, shape (q,)."""
     cycle = 2 * np.pi * steady.turns
-    x = steady.x[k : k + 1] + cycle * steady.turning
-    m = find_settings(steady.system, x, steady.theta[k], steady.settings[k], steady.time)
-    found: Real = (small(x, steady.theta[k], m, steady.time).outputs[0] - begin) / cycle
+    x, settings = steady.along(k, np.array([0.0, cycle]))
+    begin, end = small(x, steady.theta[k], settings, steady.time).outputs
+    found: Real = (end - begin) / cycle
     return found

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
@@ -15,9 +14,6 @@ from lumped.support.arrays import Boolean, Integer, Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
-
-_SAMPLES = 1440
-"""Points of a turn at which torques that follow from the angle are taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,22 +103,10 @@ class Rotation:
         structure = self.system.structure
         return np.isin(structure.states, list(structure.cyclic))
 
-    def angles(self, samples: int) -> Real:
-        """Angles of the shaft over all turns, at equal steps, shape (samples,)."""
-        return 2 * np.pi * self.turns * np.arange(samples) / samples
-
-    def along(self, k: int, samples: int) -> tuple[Real, Real]:
-        """States and settings at one speed over all turns, shapes (samples, n) and (samples, m)."""
-        x = self.x[k] + self.angles(samples)[:, None] * self.turning
+    def along(self, k: int, angles: Real) -> tuple[Real, Real]:
+        """States and settings at one speed and at angles, shapes (samples, n) and (samples, m)."""
+        x = self.x[k] + angles[:, None] * self.turning
         return x, find_settings(self.system, x, self.theta[k], self.settings[k], self.time)
-
-
-def samples_of(steady: Rotation, orders: ArrayLike = 1.0) -> int:
-    """Points of all turns at which what follows from the angle is taken."""
-    samples = _SAMPLES * steady.turns if steady.turns_matter else 1
-    while steady.turns_matter and samples < 8 * steady.turns * np.max(orders):
-        samples *= 2
-    return samples
 
 
 def find_settings(system: System, x: Real, theta: Real, settings: Real, time: float) -> Real:

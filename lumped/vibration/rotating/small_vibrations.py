@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from lumped.code.operations import operations_of
+from lumped.code.step_functions import PieceNumbers, number_pieces
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.support.arrays import Integer, Real
 from lumped.support.made_once import Recent, made_once
-from lumped.timeloop.plants.many_points import ManyPoints
+from lumped.timeloop.plants.many_points import CountedFunction, ManyPoints
 from lumped.vibration.rotating.masses import masses
-from lumped.vibration.rotating.rotation import Rotation
 
 Pattern = tuple[Integer, Integer]
 
@@ -155,20 +156,15 @@ class SmallVibrations:
             )
         return Parts(*np.split(values, self._ends, axis=1))
 
-    def along(self, steady: Rotation, samples: int, k: int = 0) -> Parts:
-        """Everything at angles over all turns of a rotation at one of its speeds."""
-        x, settings = steady.along(k, samples)
-        return self(x, steady.theta[k], settings, steady.time)
-
-    def whole_matrix(self, parts: Parts) -> Real:
-        """Mean of ``[[A, B], [C, D]]`` over points."""
+    def whole_matrix(self, parts: Parts, weights: Real) -> Real:
+        """Mean of ``[[A, B], [C, D]]`` over points with weights."""
         n, inputs = parts.rates.shape[1], len(self.inputs)
         found = np.zeros((n + len(self.outputs), n + inputs))
         corners = ((0, 0), (0, n), (n, 0), (n, n))
         for numbers, (rows, columns), (top, left) in zip(
             parts[2:6], self.patterns[:4], corners, strict=True
         ):
-            found[rows + top, columns + left] = numbers.mean(axis=0)
+            found[rows + top, columns + left] = weights @ numbers
         return found
 
     def _varying(self, varied: list[int]) -> ManyPoints:
@@ -184,6 +180,18 @@ class SmallVibrations:
     def at(self, w: Real, amplitudes: Real) -> Real:
         """What laws need of vibrations, of their frequencies, rad/s, (points,), and amplitudes."""
         return np.hstack([np.repeat(w[:, None], self._frequencies, axis=1), amplitudes])
+
+    def pieces(self, x: Real, theta: Real, settings: Real, time: float) -> Real:
+        """What changes where rates or outputs have kinks or jumps in given modes."""
+        numbers, function = self._pieces
+        return numbers.settings(function.along(x, theta, np.full(len(x), time), settings))
+
+    @cached_property
+    def _pieces(self) -> tuple[PieceNumbers, CountedFunction]:
+        system = self.system
+        found = ca.densify(ca.vertcat(system.rates, system.expressions(self.outputs)))
+        numbers = number_pieces(operations_of(ca.Function("kinks", system.inputs, [found])))
+        return numbers, CountedFunction(numbers.arguments)
 
     @cached_property
     def _slopes(self) -> ManyPoints:

@@ -25,8 +25,9 @@ from lumped.vibration.rotating.harmonics import (
     mean_matrix,
     sweep_turns,
 )
-from lumped.vibration.rotating.rotation import Rotation, samples_of
+from lumped.vibration.rotating.rotation import Rotation
 from lumped.vibration.rotating.small_vibrations import SmallVibrations, small_vibrations
+from lumped.vibration.rotating.turns import turns_of
 
 _VIBRATES = 1e-6
 """Imaginary part of an eigenvalue, relative to its size, above which it belongs to a vibration."""
@@ -91,7 +92,8 @@ def mean_modes(
     )
     first = turning.points[0]
     point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
-    matrix, _ = mean_matrix(small_vibrations(turning.system, (), ()), turning, np.ones(1))
+    small = small_vibrations(turning.system, (), ())
+    matrix, _ = mean_matrix(small, turning, turns_of(small, turning))
     return modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)
 
 
@@ -117,8 +119,8 @@ class MeanSpectrum(Spectrum):
 
     def __init__(self, small: SmallVibrations, steady: Rotation, orders: Real) -> None:
         self._small, self._steady = small, steady
-        self._shapes = samples_of(steady, orders), steady.x.shape[1]
-        matrix, self._masses = mean_matrix(small, steady, orders)
+        self._turns = turns_of(small, steady, 0, orders)
+        matrix, self._masses = mean_matrix(small, steady, self._turns)
         values, self._left, self._right = scipy.linalg.eig(matrix, left=True, right=True)
         fastest = np.abs(values).max(initial=0.0)
         chosen = np.flatnonzero(values.imag > _VIBRATES * np.abs(values))
@@ -167,8 +169,7 @@ class MeanSpectrum(Spectrum):
         masses, size = small.masses, left @ right
         left = masses.divide(self._masses, left)  # M is symmetric
         own = (weight * left[rows] * right[columns] / size).real
-        samples, n = self._shapes
         means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:4])]
         means.append((-weight * value * left[masses.rows] * right[masses.columns] / size).real)
-        still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
-        return sweep_turns(small, self._steady, still, means)
+        still = [np.zeros_like(self._turns.x), np.zeros((len(self._turns.x), len(small.outputs)))]
+        return sweep_turns(small, self._steady, self._turns, still, means)
