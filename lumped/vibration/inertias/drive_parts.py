@@ -47,6 +47,8 @@ class _Flanges:
     ----------
     nodes : list of (int or None)
         Angle of each flange; None where it stands still.
+    repeats : bool
+        The torques depend on the angle of a steady rotation; after its turns they are the same.
     speeds, accelerations : ndarray
         Of the flanges.
     torques, rates : ndarray
@@ -54,6 +56,7 @@ class _Flanges:
     """
 
     nodes: list[int | None]
+    repeats: bool
     speeds: Real
     accelerations: Real
     torques: Real
@@ -63,7 +66,9 @@ class _Flanges:
 def drive_parts(modes: Modes) -> DriveParts:
     """Inertias, shafts and gears of a drive, linearised at the point of its modes.
 
-    Of modes of a mean over turns, inertias are means over the turns, too.
+    Of modes of a mean over turns, inertias are means over the turns, too. The mean stiffness of a
+    torque that depends on the angle of the shaft, as that of a propeller's blades, is none: the
+    torque is the same after the turns.
 
     Raises
     ------
@@ -110,6 +115,8 @@ def _find_loaded_parts(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
     every = [
         scipy.sparse.csr_array(signs @ each) for each in (speeds, speeds @ A, torques, torques @ A)
     ]
+    turning = np.zeros(A.shape[0]) if modes.turning is None else modes.turning
+    growth, sizes = torques @ turning, abs(torques) @ np.abs(turning)
     for rows in np.split(np.arange(len(owners)), np.flatnonzero(np.diff(owners)) + 1):
         own = [each[rows] for each in every]
         columns = np.unique(np.concatenate([each.indices for each in own]))
@@ -120,7 +127,9 @@ def _find_loaded_parts(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
             reduced.node(unknowns[row]) if speed.any() else None
             for row, speed in zip(rows.tolist(), numbers[0], strict=True)
         ]
-        yield tree.instances[owners[rows[0]]].path, _Flanges(nodes, *numbers)
+        repeats = bool((np.abs(growth[rows]) > _FITS * sizes[rows]).any())
+        path = tree.instances[owners[rows[0]]].path
+        yield path, _Flanges(nodes, repeats, *numbers)
 
 
 def _on_one_shaft(found: DriveParts, path: str, node: int, flanges: _Flanges) -> None:
@@ -143,7 +152,7 @@ def _between_shafts(found: DriveParts, path: str, flanges: _Flanges) -> None:
     slip = flanges.speeds[1] - flanges.speeds[0]
     more = flanges.accelerations[1] - flanges.accelerations[0]
     (c, _), missed = _fit_terms(flanges.rates[1], slip, more)
-    if missed < _FITS and _share(c * slip, flanges.rates[1]) < _FITS:
+    if missed < _FITS and (flanges.repeats or _share(c * slip, flanges.rates[1]) < _FITS):
         return
     if missed < _FITS and c > 0:
         found.shafts[path] = flanges.nodes[0], flanges.nodes[1], c

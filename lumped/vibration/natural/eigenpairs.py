@@ -43,6 +43,7 @@ class Eigenpairs(Spectrum, RichHtml):
     point: OperatingPoint
     near: float | None = None
     mean: scipy.sparse.csr_array | None = None
+    turning: Real | None = None
 
     @property
     def matrix(self) -> scipy.sparse.csr_array:

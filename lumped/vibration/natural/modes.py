@@ -51,6 +51,8 @@ class Modes(Eigenpairs):
         Frequency to which the modes are nearest, Hz, if only some were asked for.
     mean : csr_array or None
         State matrix, if it is a mean over turns and not that of the point.
+    turning : ndarray or None
+        By what each state grows with the angle of the shaft over these turns, shape (n,).
     """
 
     @property

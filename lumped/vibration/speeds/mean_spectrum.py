@@ -94,7 +94,8 @@ def mean_modes(
     point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
     small = small_vibrations(turning.system, (), ())
     matrix, _ = mean_matrix(small, turning, turns_of(small, turning))
-    return modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)
+    found = modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)
+    return replace(found, turning=turning.turning)
 
 
 class MeanSpectrum(Spectrum):

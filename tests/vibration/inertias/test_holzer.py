@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from checks import refused
-from rows import assemble_row, in_a_row, in_rows
+from rows import assemble_row, assemble_rows, in_a_row, in_rows
 from torsional_cases import BODIES, INERTIAS, LBF_IN, STIFFNESSES, Excited, columns, marine
 
 import lumped as lp
@@ -14,8 +14,10 @@ from lumped.components import (
     IdealGear,
     Inertia,
     Planetary,
+    Propeller,
     Spring,
     SpringDamper,
+    Torque,
 )
 from lumped.components.shafts.element import ShaftElement
 from lumped.errors import OptionError, UnknownNameError
@@ -271,3 +273,22 @@ def test_cylinders_count_with_the_mean_of_their_inertia(masses):
     mean = SIZE["m"] * np.mean(lever(ANGLES) ** 2)
     assert {part.name: part.J for part in found.inertias}["part"] == pytest.approx(mean, rel=1e-9)
     assert found.hertz == pytest.approx([two_masses(0.05 + mean)[0] / (2 * np.pi)], rel=1e-9)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.1, 0.4, 0.7])
+def test_blades_of_a_propeller_are_no_spring_to_the_ground(phase):
+    """Their torque is the same after a turn, so that its mean slope over the angle is zero."""
+    system = assemble_rows(
+        "governor engine shaft hub water.flange",
+        governor=Torque(tau=0.0),
+        engine=Inertia(J=9e4),
+        shaft=SpringDamper(c=3e6, d=2e4),
+        hub=Inertia(J=5e4),
+        water=Propeller(tau_nominal=1e6, w_nominal=11.0, blades=((4, 0.15, 0.0),), phase=phase),
+    )
+    where = {"shaft": "engine.phi", "speed": 8.0, "free": "governor.tau"}
+    found = lp.vibration.mass_elastic(lp.vibration.mean_modes(system, **where), shaft="engine.phi")
+    assert [part.name for part in found.shafts] == ["shaft"]
+    assert found.left_out == ()
+    free = np.sqrt(3e6 * (1 / 9e4 + 1 / 5e4)) / (2 * np.pi)
+    assert found.hertz == pytest.approx([free], rel=1e-12)
