@@ -157,7 +157,7 @@ class OrderEquations:
         (rows, columns), A = small.masses.divide_matrix(M, small.patterns[0], A)
         added = None
         if self._damping_ratio:
-            more, block = added = _modal_damping(system, rows, columns, A, self._damping_ratio)
+            more, block = added = _modal_damping(steady, rows, columns, A, self._damping_ratio)
             rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
             A = np.concatenate([A, block], axis=2)
         _refuse_growth(steady, rows, columns, A[:, 0])
@@ -276,16 +276,19 @@ def _refuse_unknown_masses(small: SmallVibrations, steady: Rotation, w: float) -
 
 
 def _modal_damping(
-    system: System, rows: Integer, columns: Integer, A: Real, ratio: float
+    steady: Rotation, rows: Integer, columns: Integer, A: Real, ratio: float
 ) -> tuple[tuple[Integer, Integer], Real]:
     """What a damping ratio of every elastic mode adds to A: places, and numbers, shape (k, o, m).
 
     Without dampers, speeds v and positions p follow ``der(v) = F p``, ``der(p) = E v``, so that
     ``-F E`` has the squares of the natural frequencies; modal damping adds
-    ``-2 ratio sqrt(-F E) v`` to ``der(v)``. Laws have the frequency of each order.
+    ``-2 ratio sqrt(-F E) v`` to ``der(v)``. Laws have the frequency of each order. After the turns
+    torques are the same, so F has none of that motion; a mean over some angles has, at kinks.
     """
+    system = steady.system
     p, v = mechanical_states(system)
     n = len(system.structure.states)
+    way = steady.turning[p] / max(float(np.linalg.norm(steady.turning[p])), 1e-300)
     every = A.reshape(-1, A.shape[2])
     found = np.empty((len(every), len(v) ** 2))
     for k, numbers in enumerate(every):
@@ -293,7 +296,9 @@ def _modal_damping(
             found[k] = found[k - 1]
             continue
         matrix = _matrix(rows, columns, numbers, n)
-        squares, shapes = np.linalg.eig(-matrix[np.ix_(v, p)] @ matrix[np.ix_(p, v)])
+        F = matrix[np.ix_(v, p)]
+        F -= np.outer(F @ way, way)
+        squares, shapes = np.linalg.eig(-F @ matrix[np.ix_(p, v)])
         largest = np.abs(squares).max(initial=0.0)
         if (np.abs(squares.imag) > 1e-9 * largest).any() or (squares.real < -1e-9 * largest).any():
             raise SolverError(

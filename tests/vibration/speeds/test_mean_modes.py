@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 import scipy
 from drive_chains import chain_hertz
-from rows import assemble_row, in_rows
+from rows import assemble_row, in_a_row, in_rows
 from torsional_cases import FIRST, INERTIAS, SERIES, STIFFNESSES
 
 import lumped as lp
-from lumped.components import CrankSlider, Cylinder, Engine, Inertia, SpringDamper
+from lumped.components import CrankSlider, Cylinder, Engine, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError, UnknownNameError
 from lumped.models.diesel_genset import scenes
 
@@ -69,6 +69,29 @@ def test_an_exact_inertia_counts_with_its_mean(speed):
         assert modes.hertz[0] * 2 * np.pi == pytest.approx(w, rel=1e-12)
         assert modes.damping[0] == pytest.approx(damping, rel=1e-10)
         assert modes.accuracy.residuals.max() < 1e-12
+
+
+def test_a_damping_ratio_is_that_of_the_shaft_where_gas_springs_have_kinks():
+    """Of two inertias that turn freely it is the damper ``2 ratio c / w``, w without damping."""
+    w, _ = two_masses(0.05 + 4.0 * np.mean(lever(ANGLES) ** 2))
+    found = []
+    for d, ratio in ((0.0, 0.01), (2 * 0.01 * 2e5 / w, 0.0)):
+        cylinder = Cylinder(**SIZE, pressure=PRESSURE, masses="excitation")
+        model = in_a_row(
+            part=cylinder,
+            crank=Inertia(J=0.05),
+            shaft=SpringDamper(c=2e5, d=d),
+            wheel=Inertia(J=0.3),
+            load=Torque(tau=0.0),
+        )
+        given = {"shaft": "wheel.phi", "turns": 2, "free": "load.tau", "damping_ratio": ratio}
+        speeds, system = np.linspace(0.1, 1.1, 7) * w, lp.assemble(model)
+        found.append(
+            lp.vibration.order_response(
+                system, speeds=speeds, of=["shaft.phi_rel"], orders=[1, 2], **given
+            )["shaft.phi_rel"]
+        )
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
 def test_masses_vibrate_alike_whether_their_variation_is_in_the_inertia_or_an_excitation():
