@@ -10,7 +10,7 @@ from lumped.drawing.page_frame import prose, table
 from lumped.drawing.torsional_study import Study
 from lumped.points.situation import one_sided, situation
 from lumped.support.display_units import Shown
-from lumped.support.text_table import list_names, number
+from lumped.support.text_table import count_words, list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rotating.small_vibrations import amplitude_laws
 
@@ -21,7 +21,10 @@ def assumptions(study: Study, stated: Iterable[str]) -> str:
     for caption, response in study.responses.items():
         told = _response(response, study.speed)
         items += [f"{caption}: {text}" if caption else text for text in told]
-    items += [f"Run {caption}: {run.statistics.why}." for caption, run in study.runs.items()]
+    items += [
+        f"{caption}, how it was integrated: {run.statistics.why}."
+        for caption, run in study.runs.items()
+    ]
     return f"{prose(items)}\n<h3>Accuracy</h3>\n{_accuracy(study)}"
 
 
@@ -92,7 +95,8 @@ def _response(response: OrderResponse, speed: Shown) -> Iterator[str]:
     orders, ends = response.orders, speed.value(response.speeds)
     spread = f"{orders[0]:g} to {orders[-1]:g}" if len(orders) > 1 else f"{orders[0]:g}"
     yield (
-        f"{len(orders)} orders, {spread}, at {len(response.speeds)} speeds from "
+        f"{count_words(len(orders), 'order')}, {spread}, at "
+        f"{count_words(len(response.speeds), 'speed')} from "
         f"{ends[0]:g} to {ends[-1]:g} {speed.unit}; linearised about steady rotation "
         f"{_means(response)}{situation(rotation.points[0])}."
     )

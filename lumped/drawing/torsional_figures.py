@@ -14,7 +14,7 @@ from lumped.drawing.torsional_study import MOST_ORDERS, Study
 from lumped.plots.matplotlib_figure import plain_text
 from lumped.support.display_units import Units, display, time_unit
 from lumped.timeloop.results.trajectory import Trajectory
-from lumped.vibration.rules.limits import Measure
+from lumped.vibration.rules.limits import Limit, Measure
 from lumped.vibration.rules.measures import measure_quantity
 
 Real = np.ndarray
@@ -27,6 +27,9 @@ _PAIR = 2
 """Responses side by side."""
 _PANELS = 4
 """Quantities of a run in a figure."""
+_THIN: Style = ("black", "-", 0.6)
+_LEGEND = 108
+"""Letters of a row of a legend."""
 _STYLES: tuple[Style, ...] = (
     ("black", "-", 1.3),
     ("#1f4fd8", "--", 1.3),
@@ -77,7 +80,7 @@ def _over_speed(study: Study, panels: Mapping[str, Sequence[Line]], text: str) -
             list(labels.values()),
             list(labels),
             loc="outside lower center",
-            ncols=3,
+            ncols=max(1, min(3, _LEGEND // max(map(len, labels)))),
             frameon=False,
             fontsize="small",
             handlelength=4,
@@ -147,8 +150,10 @@ def heat_figure(study: Study) -> Figure:
     return _over_speed(study, lines, f"dissipated power, {study.power.unit}")
 
 
-def run_figures(run: Trajectory, names: Mapping[str, str], units: Units) -> list[Figure]:
-    """Quantities of a run over the time, a panel for each.
+def run_figures(
+    run: Trajectory, names: Mapping[str, str], limits: Sequence[Limit], units: Units
+) -> list[Figure]:
+    """Quantities of a run over the time, a panel for each, with what is permitted.
 
     Parameters
     ----------
@@ -156,6 +161,8 @@ def run_figures(run: Trajectory, names: Mapping[str, str], units: Units) -> list
         The run.
     names : mapping of str to str
         Quantities and their SI units.
+    limits : sequence of Limit
+        Of the run; those of its mean power are not drawn.
     units : mapping of str to str
         Units to show.
     """
@@ -167,7 +174,12 @@ def run_figures(run: Trajectory, names: Mapping[str, str], units: Units) -> list
         axes = figure.subplots(len(members), sharex=True, squeeze=False)[:, 0]
         for axis, (name, unit) in zip(axes, members, strict=True):
             shown = display(name, unit, units)
-            _draw(axis, time.value(run.t), shown.value(run[name]), _STYLES[0], name)
+            _draw(axis, time.value(run.t), shown.value(run[name]), _THIN, name)
+            for limit in limits:
+                if run.system.key(limit.quantity) == name and limit.measure != "mean power":
+                    permitted = shown.value(limit.at(run.t[:1], unit)[0])
+                    for side in (permitted, -permitted):
+                        axis.axhline(side, color="#c4261d", linestyle="--", linewidth=1.0)
             axis.set_title(name, fontsize="medium")
             axis.set_ylabel(shown.unit)
             axis.grid(alpha=0.4)

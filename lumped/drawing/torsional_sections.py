@@ -24,7 +24,7 @@ from lumped.drawing.torsional_figures import (
 from lumped.drawing.torsional_modes import holzer_tables, mass_elastic_table, natural_frequencies
 from lumped.drawing.torsional_study import Study
 from lumped.support.display_units import display, time_unit
-from lumped.support.text_table import number
+from lumped.support.text_table import count_words, number
 
 _SMALL = 0.01
 """Amplitude over that of the largest order, from which on an order is listed."""
@@ -107,9 +107,9 @@ def _critical(study: Study) -> str:
     left_out = ", ".join(map(number, study.orders_left_out))
     parts.append(
         prose(
-            f"These are all critical speeds {between} of the orders "
-            f"{', '.join(map(number, found.orders))}."
-            + f" Orders {left_out} of the responses are left out."
+            f"These are all critical speeds {between} of "
+            f"{count_words(len(found.orders), 'order')}: {', '.join(map(number, found.orders))}."
+            + f" Left out of those of the responses: {left_out}."
             * bool(left_out)
         )
     )
@@ -160,7 +160,11 @@ def _orders(study: Study, output: str) -> str:
             row += texts if order in own else ("", "")
         rows.append(row)
     left = len(every) - len(rows)
-    note = prose(f"{left} orders stay below {_SMALL:.0%} of the largest.") if left else ""
+    note = (
+        prose(f"{count_words(left, 'more order')} below {_SMALL:.0%} of the largest.")
+        if left
+        else ""
+    )
     return table(head, rows, range(len(head))) + note
 
 
@@ -190,7 +194,8 @@ def _runs(study: Study) -> str:
             rows.append(row)
         where = f"at, {time.unit}"
         head = ("quantity", "unit", "greatest", where, "least", where)
-        figures = enumerate(run_figures(run, names, study.units))
+        limits = study.limits.get(caption, ())
+        figures = enumerate(run_figures(run, names, limits, study.units))
         drawn = "\n".join(inline(figure, caption, f"run-{i}-{k}") for k, figure in figures)
         told = table(head, rows, range(2, 6))
         parts.append(f"<h3>{escape(caption)}</h3>\n{drawn}{told}")

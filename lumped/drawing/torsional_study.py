@@ -168,7 +168,7 @@ class Study:
         """Verdicts by captions, that on separation last."""
         every: dict[str, OrderResponse | Trajectory] = {**self.responses, **self.runs}
         found = {key: verdict(every[key], own) for key, own in self.limits.items() if own}
-        if self.margin is not None and self.operation is not None and self.campbell.critical:
+        if self.margin is not None and self.operation is not None:
             found["critical speeds"] = separation(
                 self.campbell, between=self.operation, margin=self.margin
             )

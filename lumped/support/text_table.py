@@ -13,6 +13,11 @@ def list_names(names: Sequence[str], most: int = 6) -> str:
     return ", ".join(names[:most]) + more
 
 
+def count_words(count: int, word: str) -> str:
+    """A number of things, with an s where there are several."""
+    return f"{count} {word}{'s' * (count != 1)}"
+
+
 def list_lines(lines: Sequence[str], most: int) -> str:
     """Indented lines; those beyond `most` are only counted."""
     more = [f"... and {len(lines) - most} more"] if len(lines) > most else []

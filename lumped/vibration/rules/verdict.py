@@ -378,6 +378,10 @@ def separation(
                 () if share >= margin else (ends,),
             )
         )
+    if not searched:
+        raise OptionError("separation: there is no critical speed; give the diagram.")
+    notes = ()
     if not results:
-        raise OptionError("separation: there is no critical speed.")
-    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
+        first, last = (speed_unit().value(end) for end in searched[0])
+        notes = (f"no critical speed lies from {first:.6g} to {last:.6g} {speed_unit().unit}",)
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), notes)

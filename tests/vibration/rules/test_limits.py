@@ -104,6 +104,12 @@ def test_a_diagram_must_reach_as_far_as_the_operation_and_its_margin():
         with pytest.raises(OptionError, match="reaches from 1 to 60 rad/s"):
             lp.vibration.separation(diagram.critical[1:], between=between, margin=0.1)
     assert lp.vibration.separation(diagram, between=(40.0, 44.0), margin=0.1).passed
+    low = lp.campbell(diagram.system, speeds=[1.0, 2.0], orders=[1])
+    found = lp.vibration.separation(low, between=(1.2, 1.5), margin=0.1)
+    assert found.passed
+    assert found.notes == (
+        f"no critical speed lies from {30 / np.pi:.6g} to {60 / np.pi:.6g} 1/min",
+    )
 
 
 @pytest.mark.parametrize("grid", [3, 40, None])
