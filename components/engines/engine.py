@@ -256,6 +256,13 @@ class Cylinder(Component):
                 f"{cycle:.6g} rad; give angles in rad, or strokes=4."
             )
         if length < cycle * (1 - 1e-9):
+            largest = max((b - a for a, b in itertools.pairwise(angles)), default=0.0)
+            if cycle - length > largest * (1 + 1e-6):
+                raise EquationError(
+                    f"pressure: the table ends at {angles[-1]:.6g} rad, before the end of the "
+                    f"cycle at {angles[0] + cycle:.6g} rad by more than its largest step; give "
+                    "rows up to there, the last with the pressure of the first."
+                )
             angles, values = [*angles, angles[0] + cycle], [*values, values[0]]
         jump, span = abs(values[-1] - values[0]), max(values) - min(values)
         if jump > _CLOSES * span:
