@@ -95,7 +95,7 @@ class DutyCycle(RichHtml):
         return [*rows, (_BETWEEN, 1, 0.0, self.between)] if len(rows) > 1 else rows
 
     def _largest(self, row: int) -> float:
-        """Largest range of a case, or between cases."""
+        """Largest range of the cycles within a case, or between cases."""
         own = self.case == (row if row < len(self.names) else BETWEEN)
         return float(self.cycles.ranges[own].max(initial=0.0))
 
@@ -169,10 +169,12 @@ class DutyCycle(RichHtml):
         for i, (name, n, duration, damage) in enumerate(self._rows()):
             share = f"{damage / self.damage:.1%}" if self.damage else "-"
             largest, unit = amounts("range", self.unit, self._largest(i), is_change=True)
+            if not self._largest(i):
+                largest = "none"
             told = number(duration, 4) if i < len(self.names) else "-"
             count = str(n) if i < len(self.names) else "-"
             rows.append((name, count, told, largest, unit or "-", number(damage, 4), share))
-        head = ("case", "repetitions", "time, s", "largest range", "unit", "damage", "share")
+        head = ("case", "repetitions", "time, s", "largest cycle", "unit", "damage", "share")
         return f"{self._title()}\n" + table(head, rows)
 
 
