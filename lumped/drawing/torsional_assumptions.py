@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-import numpy as np
-
 from lumped.drawing.page_frame import prose, table
 from lumped.drawing.torsional_study import Study
 from lumped.points.situation import one_sided, situation
@@ -63,7 +61,7 @@ def _model(study: Study) -> Iterator[str]:
     parameters = system.structure.parameters
     every = parameters.all(study.modes.point.theta)
     laws = [
-        f"{name} of {number(study.frequency.value(0.5 * value / np.pi))} {study.frequency.unit}"
+        f"{name} of {number(value)} rad/s"
         for name, p, value in zip(parameters.names, parameters.declared, every, strict=True)
         if p.vibrates
     ]

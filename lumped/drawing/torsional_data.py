@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.drawing.page_frame import prose, table
-from lumped.support.display_units import Shown, Units, display
+from lumped.support.display_units import Units, display
 from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
 
@@ -47,10 +47,8 @@ def data(response: OrderResponse, units: Units) -> list[Datum]:
     found = []
     for i, (name, quantity, a, b) in enumerate(every_one):
         path, _, own = name.rpartition(".")
-        shown = display(name, quantity.unit, units)
-        if quantity.vibrates:  # frequencies of vibrations are shown as such
-            hertz = display(name, "Hz", units)
-            shown = Shown(hertz.unit, 0.5 / np.pi * hertz.factor)
+        # an angular frequency is no speed to be shown in 1/min
+        shown = display(name, quantity.unit, {} if quantity.vibrates else units)
         ends = shown.value(a), shown.value(b)
         found.append(Datum(path, own, quantity.unit, quantity.text, *ends, shown.unit, i in free))
     return found
