@@ -180,11 +180,14 @@ def rainflow(values: ArrayLike, *, rule: Literal["three", "four"] = "three") -> 
     Raises
     ------
     OptionError
-        If a value is not finite, or there are less than two.
+        If the shape is another, a value is not finite, or there are less than two.
     """
-    load = np.asarray(values, dtype=float).ravel()
-    if len(load) < 2 or not np.isfinite(load).all():
-        raise OptionError("rainflow: at least two finite values are needed.")
+    load = np.asarray(values, dtype=float)
+    if load.ndim != 1 or len(load) < 2:
+        raise OptionError(
+            f"rainflow: values of the shape {load.shape}: at least two values of one load are "
+            "needed, shape (n,), such as one column of a table."
+        )
     found = count_cycles(load, rule=rule)
     begins, ends = load[found.cycles.T]
     return Cycles(
