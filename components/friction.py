@@ -143,7 +143,7 @@ class JournalFriction(_OnShaft):
     symbol = "bearing"
     mu: Param = param("1", "friction coefficient, with the factor of the bearing's play", min=0)
     d: Param = param("m", "diameter of the journal", above=0)
-    f_n: Input = Input("N", "load on the journals, not negative")
+    f_n: Input = Input("N", "load on the journals, not negative", min=0)
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()

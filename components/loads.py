@@ -107,7 +107,7 @@ class EddyCurrentBrake(Component):
     flange = Flange()
     support = Flange(grounded=True)
     heat = HeatPort()
-    tau_max: Param = param("N.m", "greatest braking torque at full excitation")
+    tau_max: Param = param("N.m", "greatest braking torque at full excitation", min=0)
     w_nominal: Param = param("rad/s", "speed of the greatest torque at T_ref", above=0)
     alpha: Param = param("1/K", "temperature coefficient of the resistance at T_ref", 0.0)
     T_ref: Param = param("K", "reference temperature", 293.15, above=0)

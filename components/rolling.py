@@ -31,8 +31,8 @@ class RollingTorque(Component):
     symbol = "rolls"
     flange = Flange()
     support = Flange(grounded=True)
-    F: Input = Input("N", "roll force, not negative")
-    a: Input = Input("m", "lever arm of the roll force, not negative")
+    F: Input = Input("N", "roll force, not negative", min=0)
+    a: Input = Input("m", "lever arm of the roll force, not negative", min=0)
     T_back: Input = Input("N", "tension of the strip towards negative motion")
     T_front: Input = Input("N", "tension of the strip towards positive motion")
     R: Param = param("m", "radius of the rolls", above=0)

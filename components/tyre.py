@@ -40,7 +40,7 @@ class Tyre(Component):
     symbol = "wheel"
     wheel = Flange()
     hub = LinearFlange()
-    f_n: Input = Input("N", "load of the wheel, not negative")
+    f_n: Input = Input("N", "load of the wheel, not negative", min=0)
     R: Param = param("m", "rolling radius", above=0)
     mu: Param = param("1", "greatest force over load (peak factor D)", above=0)
     B: Param = param("1", "stiffness factor", 10.0, above=0)

@@ -32,7 +32,7 @@ class Vehicle(Component):
     rho: Param = param("kg/m3", "density of the air", 1.2, min=0)
     v_reg: Param = param("m/s", "velocity below which rolling resistance falls", 1e-3, above=0)
     g: Param = param("m/s2", "acceleration of gravity", 9.80665, min=0)
-    cr: Input = Input("1", "rolling resistance coefficient, not negative")
+    cr: Input = Input("1", "rolling resistance coefficient, not negative", min=0)
     inclination: Input = Input("1", "tangent of the angle of the road, positive uphill")
     v_wind: Input = Input("m/s", "velocity of the wind, positive from behind")
     s: Var = var("m", "position")

@@ -27,7 +27,7 @@ class Synchroniser(Component):
     symbol = "synchroniser"
     flange_a = Flange()
     flange_b = Flange()
-    u: Input = Input("1", "shift force over its greatest value, not negative")
+    u: Input = Input("1", "shift force over its greatest value, not negative", min=0)
     f_max: Param = param("N", "shift force at u = 1", above=0)
     mu: Param = param("1", "friction coefficient of the cones", above=0)
     R: Param = param("m", "mean radius of the cones", above=0)

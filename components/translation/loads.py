@@ -100,7 +100,7 @@ class EddyCurrentBrake(Component):
     flange = LinearFlange()
     support = LinearFlange(grounded=True)
     heat = HeatPort()
-    f_max: Param = param("N", "greatest braking force at full excitation")
+    f_max: Param = param("N", "greatest braking force at full excitation", min=0)
     v_nominal: Param = param("m/s", "velocity of the greatest force at T_ref", above=0)
     alpha: Param = param("1/K", "temperature coefficient of the resistance at T_ref", 0.0)
     T_ref: Param = param("K", "reference temperature", 293.15, above=0)

@@ -60,7 +60,7 @@ def collect(tree: Tree) -> Parameters:
             if isinstance(signal, Input) and isinstance(number_given, float):
                 tree.input_parameters[node.name(local)] = len(declared)
                 numbers[len(declared)] = number_given
-                declared.append(param(signal.unit, signal.text))
+                declared.append(param(signal.unit, signal.text, min=signal.min))
                 names.append(node.name(local))
     free = list(numbers)
     theta = ca.SX.sym("p", len(free))

@@ -207,9 +207,15 @@ class Input(_Declared):
     ----------
     unit, text : str
         SI unit and meaning.
+    min : float, optional
+        Least value that may be given as a number.
     """
 
     kind = "input"
+
+    def __init__(self, unit: str, text: str, *, min: float | None = None) -> None:
+        super().__init__(unit, text)
+        self.min = min
 
 
 class Output(_Declared):
