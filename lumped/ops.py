@@ -27,6 +27,7 @@ from lumped.language.expression import (
 )
 from lumped.language.pieces import Pieces
 from lumped.language.value_types import Numbers
+from lumped.support.arguments import checked
 
 __all__ = [
     "acos",
@@ -337,6 +338,7 @@ def periodic_spline(x: Number, xs: Numbers, ys: Numbers, *, degree: int = 3) -> 
     return Piecewise(as_expr(x), Pieces(begins, rows, float(places[-1] - places[0])))
 
 
+@checked
 def table(xs: Numbers, ys: Numbers) -> Expr:
     """Piecewise linear function of the time through points, constant outside them.
 

@@ -251,6 +251,7 @@ def at_time(time: float | Iterable[float], *of: Name) -> Functional:
     return Functional.of(Value(_some(of, "at_time"), times))
 
 
+@checked
 def at_event(
     of: Name | tuple[Name, ...],
     component: str,
@@ -287,6 +288,7 @@ def at_event(
     return Functional.of(Value(_some(names, "at_event"), AtEvent(component, after, number, side)))
 
 
+@checked
 def loss(component: str, *, number: int | None = None) -> Functional:
     """Mechanical energy that a component loses in impacts, J: in all of them, or in one.
 
@@ -304,6 +306,7 @@ def loss(component: str, *, number: int | None = None) -> Functional:
     return Functional.of(Occurrence("loss", component, number=number))
 
 
+@checked
 def impulse(component: str, *, number: int | None = 0) -> Functional:
     """Impulse of an impact, N.s or N.m.s, positive where it drives bodies apart.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -130,7 +130,7 @@ class Bearing:
         OptionError
             If the load is a number that is not positive.
         """
-        _check_positive("load", load, "N")
+        load = _positive("load", load, "N")
         found: Sum = 1e6 * (float(self.dynamic) / load) ** self.exponent
         return found
 
@@ -153,13 +153,18 @@ class Bearing:
         OptionError
             If one of them is a number that is not positive.
         """
-        _check_positive("speed", speed, "rad/s")
+        speed = _positive("speed", speed, "rad/s")
         return self.revolutions(load) * (2 * math.pi / 3600) / speed
 
 
-def _check_positive(name: str, value: object, unit: str) -> None:
-    if not isinstance(value, Functional) and not float(value) > 0:  # type: ignore[arg-type]
-        raise OptionError(f"Bearing: {name} = {value} {unit} must be positive.")
+def _positive(name: str, value: Any, unit: str) -> Any:
+    """A functional, or a number or a text with a unit that is above zero."""
+    if isinstance(value, Functional):
+        return value
+    found = plain(value, unit, f"Bearing: {name} =", OptionError)
+    if not found > 0:
+        raise OptionError(f"Bearing: {name} = {found:g} {unit} must be positive.")
+    return found
 
 
 @checked

@@ -237,7 +237,13 @@ def linear_matrices(
     for name in given:
         if given.count(name) > 1:
             raise OptionError(f"{system.name}: the input {name} is named twice.")
-        find_place(name, free, "is not a parameter that can vary")
+        fault = "is not a parameter that can vary"
+        if name in system.structure.parameters.names or system.quantity(name).kind == "input":
+            fault = (
+                "is given by an expression or a connection: name a parameter in that, or give it a "
+                "number"
+            )
+        find_place(name, free, fault)
     return Matrices(point, given, observed), given, observed
 
 

@@ -66,6 +66,11 @@ def find_rotation(
     if turns < 1:
         raise OptionError(f"{system.name}: turns = {turns}: a whole number of turns is needed.")
     key, count = None if shaft is None else system.key(shaft), len(speeds)
+    if key is not None and system.quantity(key).unit != "rad":
+        raise OptionError(
+            f"{system.name}: shaft={key!r} is no angle. Name the angle of an inertia, such as "
+            "'crank.phi'."
+        )
     if callable(at):
         points = tuple(point_at(analysis, system, at, float(w)) for w in speeds)
         x, theta, settings = (
