@@ -17,9 +17,9 @@ from lumped.points.direct_start import direct_slopes, direct_start
 from lumped.points.pressed_friction import find_loose
 from lumped.points.start_search import StartSearch
 from lumped.points.start_values import read_start_values
+from lumped.points.watched_point import watch_formulas
 from lumped.support.arguments import checked
 from lumped.timeloop.clocks import modes_at
-from lumped.timeloop.holds import Holds
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
 from lumped.timeloop.settings import begin, just_after
@@ -99,7 +99,7 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
     if point.time != plan.begin:
         point = replace(point, time=plan.begin)
     if system is not point.system:
-        point = _watched(point, system)
+        point = watch_formulas(point, system)
     if not plan.parameters:
         return point
     theta = system.theta(plan.changes(system))
@@ -108,23 +108,6 @@ def run_start(system: System, plan: RunPlan) -> OperatingPoint:
     settings, modes = point.settings.copy(), modes_at(system, theta, just_after(plan.begin))
     settings[: len(modes)] = modes
     return _begin_motion(replace(point, theta=theta, settings=settings))
-
-
-def _watched(point: OperatingPoint, system: System) -> OperatingPoint:
-    """The point in the same system with formulas at whose kinks runs stop, as its last modes."""
-    first = point.system.structure.mode_count
-    settings = modes_at(system, point.theta, just_after(point.time))
-    settings = np.concatenate([point.settings[:first], settings[first:], point.settings[first:]])
-    count, s, holds = system.structure.mode_count, system.switching, Holds(system, point.theta)
-    for _ in range(count - first):  # one condition may need another
-        look = holds.look(point.time, point.x, settings[:count], settings[count:])
-        modes = settings[:count].copy()
-        s.begin(modes, look.greater, look.less)
-        if (modes[first:] == settings[first:count]).all():
-            break
-        settings[first:count] = modes[first:]
-    before = point.before and _watched(point.before, system)
-    return replace(point, system=system, settings=settings, before=before)
 
 
 def search_start(

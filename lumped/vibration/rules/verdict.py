@@ -380,7 +380,7 @@ def separation(
         )
     if not searched:
         raise OptionError("separation: there is no critical speed; give the diagram.")
-    notes = ()
+    notes: tuple[str, ...] = ()
     if not results:
         first, last = (speed_unit().value(end) for end in searched[0])
         notes = (f"no critical speed lies from {first:.6g} to {last:.6g} {speed_unit().unit}",)
