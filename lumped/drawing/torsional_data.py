@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
+from lumped.compiler.system import System
 from lumped.drawing.page_frame import prose, table
+from lumped.language.declared import fields_of, values_of
 from lumped.support.display_units import Units, display
 from lumped.support.text_table import list_names, number
 from lumped.vibration.ordered.order_response import OrderResponse
+
+_ROWS = 40
+"""Rows of a table that are told."""
 
 
 class Datum(NamedTuple):
@@ -68,6 +74,38 @@ def data_table(every: list[Datum]) -> str:
     if not rows:
         return prose("None.")
     return table(("what it is", "of", "parameter", "value", "unit"), rows, (3,))
+
+
+def choices_table(system: System) -> str:
+    """What components were given that is no parameter: tables, orders, kinds; empty without any.
+
+    What a component only hands on to its parts stands once.
+    """
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    known: set[tuple[str, str, str]] = set()
+    for node in system.structure.tree.instances:
+        given = values_of(node.component)
+        for name in fields_of(type(node.component)):
+            text = _write(given[name]) if name in given else ""
+            known.add((node.path, name, text))
+            if text and (node.path.rpartition(".")[0], name, text) not in known:
+                shape = re.sub(r"\[\d+\]", "[]", node.path)
+                groups.setdefault((shape, name, text), []).append(node.path)
+    rows = [(_together(paths), name, text) for (_, name, text), paths in groups.items()]
+    return table(("of", "choice", "as given, in SI units"), rows) if rows else ""
+
+
+def _write(value: object) -> str:
+    """A choice in words; tables row by row."""
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        return str(value)
+    rows = [
+        " ".join(number(x) if isinstance(x, float) else str(x) for x in row)
+        if isinstance(row, Sequence) and not isinstance(row, str)
+        else str(row)
+        for row in value
+    ]
+    return "; ".join(rows[:_ROWS]) + f"; and {len(rows) - _ROWS} more rows" * (len(rows) > _ROWS)
 
 
 def _together(paths: list[str]) -> str:

@@ -13,7 +13,7 @@ from lumped.drawing.page_frame import Section, prose, table
 from lumped.drawing.page_run import events
 from lumped.drawing.part_values import part_texts
 from lumped.drawing.torsional_assumptions import assumptions
-from lumped.drawing.torsional_data import data, data_table
+from lumped.drawing.torsional_data import choices_table, data, data_table
 from lumped.drawing.torsional_figures import (
     campbell_figure,
     heat_figure,
@@ -57,7 +57,7 @@ def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
         yield f"Order response: {output}", _response(study, output, f"response-{i}")
     yield "Dissipated power", _heat(study) if study.heat else ""
     yield "Transients", _runs(study)
-    yield "Data", data_table(every)
+    yield "Data", "\n".join((data_table(every), choices_table(study.system)))
     yield "Assumptions and accuracy", assumptions(study, stated)
 
 

@@ -53,6 +53,8 @@ def test_the_genset_tells_firing_and_misfire_side_by_side(hall):
     verdict = lp.vibration.verdict(fails, [limit]).results[0]
     row = after(cells, "cylinder 1 misfires", "vibratory torque", "coupling.tau", "maximum")
     assert float(row[0]) == pytest.approx(1e-3 * verdict.value, rel=1e-4)
+    fired = "; ".join(map(str, genset.ENGINE["firing_order"]))
+    assert after(cells, "engine", "firing_order")[0] == fired
     run = told["runs"]["Short circuit of the alternator"]
     row = after(cells, "coupling.tau", "kN.m")
     assert float(row[2]) == pytest.approx(1e-3 * run["coupling.tau"].min(), rel=1e-4)
