@@ -15,6 +15,7 @@ from lumped.support.arguments import checked
 from lumped.support.arrays import Real
 from lumped.support.units import convert_value, has_unit, plain
 from lumped.vibration.ordered.order_amplitudes import OrderAmplitudes
+from lumped.vibration.speeds.campbell import BarredRange
 
 Measure = Literal["maximum", "half range", "sum", "with mean", "mean power"]
 Permitted = float | str | Sequence[Sequence[float]] | Callable[[Real], ArrayLike]
@@ -44,6 +45,10 @@ class Limit:
         Where it stands.
     speeds : tuple of float or str, optional
         First and last speed at which it holds, rad/s or with a unit.
+    barred : callable, optional
+        The range that a rule bars about a speed, rad/s, at which the limit is exceeded.
+    advice : str
+        What a verdict says if it is exceeded.
 
     Raises
     ------
@@ -60,6 +65,8 @@ class Limit:
     clause: str = ""
     source: str = ""
     speeds: tuple[float | str, float | str] | None = None
+    barred: Callable[[float], BarredRange] | None = None
+    advice: str = ""
 
     def __post_init__(self) -> None:
         if self.measure not in get_args(Measure):

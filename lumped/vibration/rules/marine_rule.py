@@ -9,7 +9,7 @@ left out: hollow shafts, and caps of the tensile strength.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -119,7 +119,12 @@ class MarineShaft:
         stress : name
             Torsional stress of the shaft, Pa.
         """
-        return (
-            Limit(stress, self.continuous, "continuous operation", "maximum", "tau_C", _SOURCE),
-            Limit(stress, self.transient, "transient passage", "maximum", "tau_T", _SOURCE),
+        advice = "too much even to pass quickly, so barring does not help"
+        steady, brief = (
+            Limit(stress, permitted, name, "maximum", clause, _SOURCE)
+            for permitted, name, clause in (
+                (self.continuous, "continuous operation", "tau_C"),
+                (self.transient, "transient passage", "tau_T"),
+            )
         )
+        return replace(steady, barred=self.barred), replace(brief, advice=advice)

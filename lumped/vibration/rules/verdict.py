@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Unpack
 
@@ -212,6 +212,10 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit, notes: dict[str, 
         speeds, values, permitted, beyond = _judge_speeds(found, key, limit, notes)
     used = values / permitted
     k = int(used.argmax())
+    if used[k] > 1 and limit.advice:
+        notes[f"limit '{limit.name}' of {key}: {limit.advice}"] = None
+    if limit.barred is not None:
+        beyond = [_widen(limit.barred, ends, speeds, used) for ends in beyond]
     return Result(
         limit.name,
         key,
@@ -267,6 +271,15 @@ def _judge_speeds(
     values = measure_quantity(found, key, limit.measure)[ascending][np.isin(speeds, computed)]
     permitted = limit.at(computed, unit)
     return computed, values, permitted, _beyond(computed, values / permitted)
+
+
+def _widen(
+    barred: Callable[[float], BarredRange], ends: tuple[float, float], speeds: Real, used: Real
+) -> tuple[float, float]:
+    """A range in which a limit is exceeded, and what a rule bars about the worst speed there."""
+    inside = (speeds >= ends[0]) & (speeds <= ends[1])
+    ruled = barred(float(speeds[np.where(inside, used, -np.inf).argmax()]))
+    return min(ends[0], ruled.begin), max(ends[1], ruled.end)
 
 
 def _check_bound(found: OrderAmplitudes | Trajectory, condition: Condition) -> Result:

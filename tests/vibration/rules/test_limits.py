@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rows import assemble_row
@@ -163,3 +165,19 @@ def test_values_in_other_units_are_noticed():
         MarineShaft(d=0.34, tensile=600.0, rated=10.0)
     with pytest.raises(OptionError, match=r"1\.05"):
         MarineShaft(d=0.34, tensile=6e8, rated=10.0).continuous([11.0])
+
+
+def test_a_rule_bars_more_than_where_its_limit_is_exceeded():
+    shaft = MarineShaft(d=0.3, tensile=5e8, rated=80.0 * RPM)
+    response = turbine(columns("01_marine_steam_turbine", "response.csv")["n_rpm"])
+    continuous, passing = shaft.limits("shaft.tau")
+    permitted = 0.99 * lp.vibration.verdict(response, [Limit("shaft.tau", 1e9)]).results[0].value
+    found = lp.vibration.verdict(
+        response, [replace(each, permitted=permitted) for each in (continuous, passing)]
+    )
+    speed = found.results[0].speed
+    (barred,) = found.barred
+    share = speed / shaft.rated
+    assert barred.begin == pytest.approx(16 * speed / (18 - share))
+    assert barred.end == pytest.approx((18 - share) * speed / 16)
+    assert found.notes[-1].endswith("too much even to pass quickly, so barring does not help")
