@@ -94,12 +94,14 @@ class SmallVibrations:
         Of these among the parameters.
     laws : AmplitudeLaws
         Those of amplitudes.
+    kinks : ndarray
+        Angles of the shaft at which pieces changed in the latest rotation (see `turns_of`).
     """
 
     def __init__(self, system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> None:
         self.system, self.inputs, self.outputs = system, inputs, outputs
         x, theta, _, _ = system.inputs
-        self.laws = amplitude_laws(system)
+        self.laws, self.kinks = amplitude_laws(system), np.zeros(0)
         self._frequencies = len(system.structure.parameters.vibrating)
         self.places = system.structure.parameters.vibrating + self.laws.places
         self.vibration = ca.SX.sym("vibration", len(self.places))

@@ -81,22 +81,28 @@ def everything_along(small: SmallVibrations, steady: Rotation, turns: Turns, k: 
 
 
 def _find_kinks(small: SmallVibrations, steady: Rotation, k: int, edges: Real) -> Real:
-    """Angles, to their rounding, at which pieces of the equations change between given angles."""
+    """Angles, to their rounding, at which pieces of the equations change between given angles.
+
+    Those found before are looked at first, as few move with the speed.
+    """
 
     def pieces(angles: Real) -> Real:
         x, settings = steady.along(k, angles)
         return np.hstack([settings, small.pieces(x, steady.theta[k], settings, steady.time)])
 
+    least, known = edges[1] * 2.0**-_HALVINGS, small.kinks[small.kinks <= edges[-1]]
+    edges = np.unique(np.concatenate([edges, known, known - least]))
     ends, every = np.stack([edges[:-1], edges[1:]]), pieces(edges)
     sides = np.stack([every[:-1], every[1:]])
-    for _ in range(_HALVINGS):
+    found = list[Real]()
+    while ends.size:
         own = (sides[0] != sides[1]).any(axis=1)
-        ends, sides = ends[:, own], sides[:, own]
-        if not own.any():
-            break
+        narrow = ends[1] - ends[0] <= 1.5 * least
+        found.append(ends[1, own & narrow])
+        ends, sides = ends[:, own & ~narrow], sides[:, own & ~narrow]
         middle = ends.mean(axis=0)
-        inside = pieces(middle)
+        inside = pieces(middle) if len(middle) else every[:0]
         ends = np.stack([np.append(ends[0], middle), np.append(middle, ends[1])])
         sides = np.stack([np.vstack([sides[0], inside]), np.vstack([inside, sides[1]])])
-    found = np.unique(ends[1])
-    return found[np.diff(found, prepend=-1.0) > _SAME]
+    small.kinks = np.unique(np.concatenate(found))
+    return small.kinks[np.diff(small.kinks, prepend=-1.0) > _SAME]

@@ -10,7 +10,7 @@ from lumped.components import CrankSlider, Cylinder, Engine, Inertia, SpringDamp
 from lumped.errors import OptionError, UnknownNameError
 from lumped.models.diesel_genset import scenes
 
-PRESSURE = ((0.0, 0.0), (3.0, 1e5), (5.5, 1e6), (6.4, 8e6), (7.5, 2e6), (9.5, 1e5))
+PRESSURE = ((0.0, 0.0), (3.0, 1e5), (5.5, 1e6), (6.4, 8e6), (7.5, 2e6), (9.5, 1e5), (12.0, 0.0))
 SIZE = {"bore": 0.1, "r": 0.05, "L": 0.18, "m": 4.0}
 
 
