@@ -213,6 +213,7 @@ class Input(_Declared):
 
     kind = "input"
 
+    @checked
     def __init__(self, unit: str, text: str, *, min: float | None = None) -> None:
         super().__init__(unit, text)
         self.min = min

@@ -238,7 +238,8 @@ def linear_matrices(
         if given.count(name) > 1:
             raise OptionError(f"{system.name}: the input {name} is named twice.")
         fault = "is not a parameter that can vary"
-        if name in system.structure.parameters.names or system.quantity(name).kind == "input":
+        is_known = name in {*system.structure.parameters.names, *system.names()}
+        if is_known and system.quantity(name).kind in ("input", "parameter"):
             fault = (
                 "is given by an expression or a connection: name a parameter in that, or give it a "
                 "number"

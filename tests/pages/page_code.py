@@ -45,4 +45,4 @@ def _check_pictures(name, folder):
     for picture in Path(folder).glob("*.png"):
         assert picture.stat().st_size > 5_000
         if f"]({picture.name})" in text:
-            assert ((DOCS / name).parent / picture.name).stat().st_size < 40_000
+            assert ((DOCS / name).parent / picture.name).stat().st_size < 45_000
