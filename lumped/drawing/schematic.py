@@ -277,7 +277,7 @@ def _lead(axes: Axes, symbol: Symbol, centre: Point, port: Terminal, point: Poin
         line.append((end[0], end[1]))
     colour, thick, _ = STYLES.get(port.kind, OTHER)
     _path(axes, [line], colour, thick, 3.5)
-    if port.item.symbol == "planetary":  # sun, carrier and ring
+    if symbol.has_letters:
         x, y = (point[0] + near[0]) / 2 - 0.03 * along, (point[1] + near[1]) / 2
         ha, va = ("right", "center") if along else ("center", "bottom")
         axes.text(x, y, port.port[0], size=LETTERS, zorder=6, ha=ha, va=va)

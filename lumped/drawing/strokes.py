@@ -20,26 +20,31 @@ class Stroke(NamedTuple):
 class Symbol(NamedTuple):
     """Strokes, a text in the middle, and how far the symbol reaches to each side and up.
 
-    Leads are drawn from there to the edge of the cell.
+    Leads are drawn from there to the edge of the cell, with the first letter of their port if that
+    tells them apart.
     """
 
     strokes: tuple[Stroke, ...]
     reach: float
     height: float
     text: str
+    has_letters: bool
 
 
 GREY, WHITE, BLACK = "#cfd6dd", "white", "black"
 
 
 def symbol(
-    *strokes: Stroke, reach: float | None = None, height: float | None = None, text: str = ""
+    *strokes: Stroke,
+    reach: float | None = None,
+    height: float | None = None,
+    text: str = "",
+    has_letters: bool = False,
 ) -> Symbol:
     """A symbol of strokes; where it is not given, it reaches as far as they do."""
     far, high = np.abs(np.concatenate([stroke.points for stroke in strokes])).max(axis=0).tolist()
-    return Symbol(
-        strokes, far if reach is None else reach, high if height is None else height, text
-    )
+    reach, height = far if reach is None else reach, high if height is None else height
+    return Symbol(strokes, reach, height, text, has_letters)
 
 
 def line(*numbers: float) -> Stroke:

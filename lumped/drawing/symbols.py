@@ -88,6 +88,7 @@ SYMBOLS: dict[str, Symbol] = {
         oval(0, 0, 0.25, fill=GREY),
         *(oval(0.5 * x, 0.5 * y, 0.22, fill=GREY) for x, y in ((0, 1), (0.87, -0.5))),
         oval(-0.435, -0.25, 0.22, fill=GREY),
+        has_letters=True,  # sun, carrier and ring
     ),
     "rack": symbol(
         oval(0, 0.15, 0.5, fill=GREY), box(-0.8, -0.6, 0.8, -0.35, GREY), line(-0.8, 0, -0.45, 0)

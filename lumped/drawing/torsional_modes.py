@@ -62,9 +62,7 @@ def natural_frequencies(study: Study) -> str:
         added = f"The response has {study.first.damping_ratio:g} more of every elastic mode."
         parts.append(prose(f"Damping ratios are those of the dampers of the data. {added}"))
     if undamped and len(undamped) < count:
-        told = (
-            "Where it stands empty, damping bends the shape so much that no mode without is alike."
-        )
+        told = "Where it stands empty, no mode without damping has a shape like it."
         parts.append(prose(told))
     moving = [name for name in found.angles if np.abs(found.shape(name)).max() > _STILL]
     for first in range(0, count, _SHAPES):

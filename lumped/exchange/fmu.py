@@ -58,7 +58,7 @@ class ExportedFMU:
         For which it is compiled; none if there was no compiler.
     seconds : float
         Wall time.
-    remarks : tuple of str
+    notes : tuple of str
         What the unit cannot do.
     """
 
@@ -68,14 +68,14 @@ class ExportedFMU:
     counts: dict[str, int]
     platforms: tuple[str, ...]
     seconds: float
-    remarks: tuple[str, ...]
+    notes: tuple[str, ...]
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{n} {what}" for what, n in self.counts.items())
         built = " and ".join(self.platforms)
         made = f"compiled for {built}" if built else "sources only"
         head = f"{self.path}: FMI {self.version}, {' and '.join(self.kinds)}, {made}"
-        return "\n".join([head, f"{counts}; {self.seconds:.2g} s", *self.remarks])
+        return "\n".join([head, f"{counts}; {self.seconds:.2g} s", *self.notes])
 
 
 @checked
@@ -199,30 +199,30 @@ def export_fmu(
         "event indicators": interface.margins,
         "operations": operations,
     }
-    remarks = _remarks(system, bool(made), sampled)
+    notes = _list_notes(system, bool(made), sampled)
     seconds = clock.perf_counter() - begin
     built = tuple(library.folder for library in made)
-    return ExportedFMU(path, version, kinds, counts, built, seconds, remarks)
+    return ExportedFMU(path, version, kinds, counts, built, seconds, notes)
 
 
-def _remarks(system: System, compiled: bool, sampled: list[Clock]) -> tuple[str, ...]:
-    remarks = []
+def _list_notes(system: System, compiled: bool, sampled: list[Clock]) -> tuple[str, ...]:
+    notes = []
     for timed in sampled:
         name, (left, right) = timed.condition.name, timed.condition.relation.sides
-        remarks.append(
+        notes.append(
             f"'{left}' against '{right}' in {name} depends on the time alone, but not linearly. A "
             "run here finds all instants of its changes beforehand; the unit watches it from step "
             "to step and misses what changes and changes back within one. Keep its communication "
             "steps shorter than that."
         )
     if not compiled:
-        remarks.append(
+        notes.append(
             "No C compiler was found (CC, cc), so the unit holds sources only. Install one and "
             "export again, or use a tool that compiles them."
         )
     if may_be_unfit(system):
-        remarks.append(
+        notes.append(
             "A linkage or mechanism leads other motions by a varying ratio: a run that comes to a "
             "dead centre ends with an error, as states cannot change places in an FMU."
         )
-    return tuple(remarks)
+    return tuple(notes)

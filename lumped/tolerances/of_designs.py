@@ -81,7 +81,7 @@ class CheckedProbability:
             text += f"; beta shifted by {self.shift:+.3g}, searched {self.searches} times"
         if self.sampled.failed:
             text += f"; {self.sampled.failed} samples failed"
-        return "; ".join([text, *self.sampled.remarks])
+        return "; ".join([text, *self.sampled.notes])
 
 
 @dataclass(frozen=True, eq=False)

@@ -179,7 +179,7 @@ def _analyse(
         units=scene.parameter_units,
         means=means,
         deviations=deviations,
-        sampled=replace(sampled, remarks=(*scene.notes, *sampled.remarks)),
+        sampled=replace(sampled, notes=(*scene.notes, *sampled.notes)),
         points=points,
         importance=_importance(limit, points),
         influences=_influences(limit, points, others, means, deviations),
@@ -224,8 +224,8 @@ def _compute_probability(
     """Probability from design points, of a curved limit if its curvatures are known."""
     each, bend = [one.tvedt for one in bent] or None, points[0].bend
     found = join_points(points, limit.is_kept_by_median, each)
-    remarks = (_CURVED.format(bend),) if not bent and abs(bend - 1) > _PLANE else ()
-    return Sampled.from_computation(found, remarks + compare_directions(limit, points, found))
+    notes = (_CURVED.format(bend),) if not bent and abs(bend - 1) > _PLANE else ()
+    return Sampled.from_computation(found, notes + compare_directions(limit, points, found))
 
 
 def _sample_probability(
@@ -234,7 +234,7 @@ def _sample_probability(
     """Design points, if there are any, a probability from samples, and what has cut these short."""
     stopped: Interrupted | None = None
     points: tuple[DesignPoint, ...] = ()
-    remarks: list[str] = []
+    notes: list[str] = []
     if search == "subset":
         found = subset(limit, runs, seed)
     else:
@@ -243,7 +243,7 @@ def _sample_probability(
         try:
             points = points_of(limit, every)
         except SolverError as error:
-            remarks.append(f"{error} (the samples lie around the nearest points that were found)")
+            notes.append(f"{error} (the samples lie around the nearest points that were found)")
         try:
             found = around(limit, middle, runs, seed)
         except Interrupted as error:
@@ -251,8 +251,8 @@ def _sample_probability(
                 raise
             found, stopped = error.partial, error
     if found.failed:
-        remarks.append(f"why one failed: {limit.reason}")
-    return points, replace(found, remarks=(*remarks, *found.remarks)), stopped
+        notes.append(f"why one failed: {limit.reason}")
+    return points, replace(found, notes=(*notes, *found.notes)), stopped
 
 
 def _importance(limit: Limit, points: tuple[DesignPoint, ...]) -> np.ndarray:

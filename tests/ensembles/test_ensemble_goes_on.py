@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 import pytest
+from interrupts import interrupting
 from oscillator import UNTIL, C, closed_form, fussy, last
 
 import lumped as lp
@@ -58,22 +59,6 @@ def assert_equal(one, other):
 
 
 # -- interrupts ------------------------------------------------------------------------------------
-
-
-def interrupting(monkeypatch, at):
-    """Press Ctrl-C in one of the chunks of runs."""
-    run, calls = NativeRuns.run, []
-
-    def interrupted(self, values):
-        calls.append(len(values))
-        if len(calls) == at:
-            time.sleep(0.1)  # so that the main thread waits for this chunk
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(0.1)
-        return run(self, values)
-
-    monkeypatch.setattr(NativeRuns, "run", interrupted)
-    return calls
 
 
 def test_an_interrupt_keeps_what_is_done_and_the_file_goes_on(system, whole, idle, tmp_path):

@@ -265,10 +265,10 @@ def test_a_unit_has_the_tables_and_the_waves(tmp_path):
         str(unit.path), stop_time=2.0, output_interval=2.0, fmi_type="CoSimulation"
     )
     assert found["rotor.w"][-1] == pytest.approx(run["rotor.w"][-1], abs=1e-7)
-    assert not unit.remarks
+    assert not unit.notes
     wavy = turned(ops.where(ops.sin(30.0 * t) > 0, 1.0, 0.0))
     told = lp.export_fmu(wavy, tmp_path / "wavy.fmu", outputs=["rotor.w"])
-    assert "sin(30 * time)" in told.remarks[0]
+    assert "sin(30 * time)" in told.notes[0]
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -1,17 +1,13 @@
 """Ctrl-C during reliability and scatter: what is known is kept, what was not run never counts."""
 
-import os
-import signal
-import time
-
 import numpy as np
 import pytest
+from interrupts import interrupting
 from scipy.stats import norm
 
 import lumped as lp
 from lumped import functionals as fun
 from lumped.errors import Interrupted
-from lumped.many_runs.native_runs import NativeRuns
 from lumped.tolerances.failure.limit import Limit
 from tests.tolerances.drives import MEANS, STDS, normals, pulled
 
@@ -21,43 +17,22 @@ def pull():
     return lp.assemble(pulled())
 
 
-@pytest.fixture
-def press_ctrl_c(monkeypatch):
-    """Interrupt in the given chunk of runs, before it begins."""
-
-    def press(at):
-        run, calls = NativeRuns.run, []
-
-        def interrupted(self, values):
-            calls.append(len(values))
-            if len(calls) == at:
-                time.sleep(0.1)  # so that the main thread waits for this chunk
-                os.kill(os.getpid(), signal.SIGINT)
-                time.sleep(0.1)
-            return run(self, values)
-
-        monkeypatch.setattr(NativeRuns, "run", interrupted)
-
-    return press
-
-
-def test_samples_after_an_interrupt_are_not_counted(pull, press_ctrl_c):
+def test_samples_after_an_interrupt_are_not_counted(pull, monkeypatch):
     beta = (24 - MEANS.sum()) / np.linalg.norm(STDS)
     call = {"above": 12.0, "over": normals(), "until": 1.0, "workers": 1}
-    press_ctrl_c(7)
+    interrupting(monkeypatch, 7)
     with pytest.raises(Interrupted, match="interrupted after") as caught:
         lp.reliability(pull, fun.final("a.w"), search="importance", runs=100_000, **call)
     known = caught.value.partial
-    print(caught.value, known)
     assert known.evaluations < 100_000
     assert known.sampled.failed == 0
     assert known.interval[0] < norm.sf(beta) < known.interval[1]
 
 
-def test_levels_reached_before_an_interrupt_are_kept(pull, press_ctrl_c):
+def test_levels_reached_before_an_interrupt_are_kept(pull, monkeypatch):
     beta = (24 - MEANS.sum()) / np.linalg.norm(STDS)
     call = {"above": 12.0, "over": normals(), "until": 1.0, "workers": 1}
-    press_ctrl_c(60)
+    interrupting(monkeypatch, 60)
     with pytest.raises(Interrupted, match="interrupted after") as caught:
         lp.reliability(pull, fun.final("a.w"), search="subset", runs=1000, **call)
     *_, last = caught.value.partial
@@ -78,16 +53,16 @@ def test_a_search_that_is_interrupted_says_so(pull, monkeypatch, search):
     assert caught.value.partial is None
 
 
-def test_a_scatter_that_is_interrupted_holds_its_first_runs(pull, press_ctrl_c):
+def test_a_scatter_that_is_interrupted_holds_its_first_runs(pull, monkeypatch):
     call = {"of": [fun.final("a.w")], "over": normals(), "until": 1.0, "workers": 1}
-    press_ctrl_c(4)
+    interrupting(monkeypatch, 4)
     with pytest.raises(Interrupted, match=r"after \d+ of 50000 runs") as caught:
         lp.scatter(pull, runs=50_000, **call)
     known = caught.value.partial
     assert 0 < len(known.values) < 50_000
     assert not known.failures
     assert known.values[:, 0] == pytest.approx(known.points.sum(axis=1) / 2, rel=1e-6)
-    press_ctrl_c(1)
+    interrupting(monkeypatch, 1)
     with pytest.raises(Interrupted) as caught:
         lp.scatter(pull, runs=500, **call)
     assert caught.value.partial is None

@@ -338,4 +338,4 @@ def test_samples_around_a_point_that_is_not_the_nearest_say_so():
     with pytest.raises(LumpedError):  # only the saddle between both points
         points_of(limit, search_all(limit, searches=1))
     found = around(limit, centres(limit, search_all(limit, searches=1)), 2000, 0)
-    assert "nearer than the design point at 4" in found.remarks[0]
+    assert "nearer than the design point at 4" in found.notes[0]

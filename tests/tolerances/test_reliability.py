@@ -100,7 +100,7 @@ def test_a_speed_in_a_band(pull, search, side, middle):
     exact = inside if side == "below" else 1 - inside
     assert found.probability == pytest.approx(exact, rel=1e-4)
     assert len(found.points) == 2
-    assert not found.remarks
+    assert not found.notes
 
 
 def test_a_remark_tells_where_planes_do_not_fit(pull):

@@ -131,9 +131,9 @@ class Reliability(RichHtml):
         return float(-scipy.special.ndtri(self.probability))
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """What speaks against the result."""
-        return self.sampled.remarks
+        return self.sampled.notes
 
     @property
     def levels(self) -> tuple[Level, ...]:
@@ -181,7 +181,7 @@ class Reliability(RichHtml):
         if not self.points:
             raise OptionError(
                 f"reliability: {self.event}: there is no design point with search="
-                f"'{self.method}'. {self.remarks[0] if self.remarks else ''} Take search='form'."
+                f"'{self.method}'. {self.notes[0] if self.notes else ''} Take search='form'."
             )
         return self.points[0]
 
@@ -240,7 +240,7 @@ class Reliability(RichHtml):
         if len(self.points) > 1:
             far = ", ".join(number(point.beta, 4) for point in self.points)
             lines.append(f"{len(self.points)} design points, beta = {far}; below is the nearest")
-        lines += self.remarks
+        lines += self.notes
         return "\n".join([*lines, *self._tables()])
 
     def _tables(self) -> list[str]:

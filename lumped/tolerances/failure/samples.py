@@ -53,7 +53,7 @@ class Sampled:
         Probability of evaluations that failed.
     failed : int
         How many failed.
-    remarks : tuple of str
+    notes : tuple of str
         What speaks against the estimate.
     levels : tuple of Level
         Of subset simulation.
@@ -64,13 +64,13 @@ class Sampled:
     interval: tuple[float, float] | None
     unknown: float
     failed: int
-    remarks: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     levels: tuple[Level, ...] = ()
 
     @classmethod
-    def from_computation(cls, probability: float, remarks: tuple[str, ...] = ()) -> Sampled:
+    def from_computation(cls, probability: float, notes: tuple[str, ...] = ()) -> Sampled:
         """A probability that was computed without samples."""
-        return cls(probability, 0.0, None, 0.0, 0, remarks)
+        return cls(probability, 0.0, None, 0.0, 0, notes)
 
 
 def interval(
@@ -184,18 +184,18 @@ def _weigh(limit: Limit, middle: Real, shares: Real, u: Real, excess: Real) -> S
         )
     deviation = float(counted.std() / np.sqrt(runs) / rare)
     unknown = float(np.where(failed, weights, 0.0).mean())
-    remarks = []
+    notes = []
     beyond = u[is_rare]
     first = beyond[np.linalg.norm(beyond, axis=1).argmin()]
     if np.linalg.norm(first) < distances.min() - _NEARER:
-        remarks.append(
+        notes.append(
             f"{limit.combination(first)} lies beyond the limit at a distance of "
             f"{np.linalg.norm(first):.3g}, nearer than the design point at {distances.min():.3g}; "
             "more of these may have been missed, so compare with search='subset'"
         )
     most = counted.max() / counted.sum()
     if most > _MOST_OF_ONE:
-        remarks.append(
+        notes.append(
             f"one sample makes {most:.0%} of the estimate, so its interval is too narrow; take "
             "more runs, or search='subset'"
         )
@@ -203,7 +203,7 @@ def _weigh(limit: Limit, middle: Real, shares: Real, u: Real, excess: Real) -> S
         *interval(rare, deviation, unknown, limit.is_kept_by_median),
         unknown,
         int(failed.sum()),
-        tuple(remarks),
+        tuple(notes),
     )
 
 

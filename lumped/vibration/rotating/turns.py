@@ -17,7 +17,6 @@ _GAUSS = 8
 """Points of each part of the turns between kinks."""
 _HALVINGS = 32
 """Halvings of the smallest step after which it is rounding of the angle."""
-
 _SAME = 1e-12
 """Distance of kinks, rad, that is rounding."""
 
@@ -104,5 +103,6 @@ def _find_kinks(small: SmallVibrations, steady: Rotation, k: int, edges: Real) -
         inside = pieces(middle) if len(middle) else every[:0]
         ends = np.stack([np.append(ends[0], middle), np.append(middle, ends[1])])
         sides = np.stack([np.vstack([sides[0], inside]), np.vstack([inside, sides[1]])])
-    small.kinks = np.unique(np.concatenate(found))
-    return small.kinks[np.diff(small.kinks, prepend=-1.0) > _SAME]
+    kinks: Real = np.unique(np.concatenate(found))
+    small.kinks = kinks
+    return kinks[np.diff(kinks, prepend=-1.0) > _SAME]

@@ -9,7 +9,7 @@ left out: hollow shafts, and caps of the tensile strength.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -119,12 +119,10 @@ class MarineShaft:
         stress : name
             Torsional stress of the shaft, Pa.
         """
+        steady = self.continuous, "continuous operation"
+        brief = self.transient, "transient passage"
         advice = "too much even to pass quickly, so barring does not help"
-        steady, brief = (
-            Limit(stress, permitted, name, "maximum", clause, _SOURCE)
-            for permitted, name, clause in (
-                (self.continuous, "continuous operation", "tau_C"),
-                (self.transient, "transient passage", "tau_T"),
-            )
+        return (
+            Limit(stress, *steady, clause="tau_C", source=_SOURCE, barred=self.barred),
+            Limit(stress, *brief, clause="tau_T", source=_SOURCE, advice=advice),
         )
-        return replace(steady, barred=self.barred), replace(brief, advice=advice)
