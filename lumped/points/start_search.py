@@ -12,6 +12,7 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, StartError
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.language.quantity import beyond
+from lumped.points.constraint_rank import refuse_redundant
 from lumped.points.position_search import borders, search_positions
 from lumped.points.start_values import (
     differentiate_start_values,
@@ -121,6 +122,8 @@ class StartSearch:
         for node, (_, value) in self.fixed.items():
             self.x[self.position[node]] = value
         trial = _Trial(self.x, self.theta, modes_at(self.system, self.theta, just_after(self.time)))
+        if len(self.guesses):
+            refuse_redundant(self.system, *trial, self.guesses, self.time)
         if self.targets or self.free or self.system.structure.flat.initial:
             held = {self.position[n]: u for n, (u, _) in self.fixed.items()}
             self.search = Targets(

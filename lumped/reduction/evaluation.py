@@ -296,12 +296,7 @@ class Values:
 
     def _solve_linearised(self, blocks: list[Block]) -> tuple[ca.SX, np.ndarray]:
         """What to add to the present values of nodes so that linearised equations hold."""
-        incidence, linear = self.reduced.incidence, _Linear(blocks)
-        numbers, orders = equations_of(blocks)
-        for places, seen in incidence.alike(numbers, orders):
-            self._template_equations(seen, places, linear)
-        sums = np.flatnonzero(numbers >= incidence.first_sum)
-        self._sum_equations(sums, numbers[sums], orders[sums], linear)
+        linear = self._linearise(blocks)
         tape = linear.tape
         found: list[tuple[TapeTerm, float]] = []
         for block in blocks:
@@ -316,6 +311,16 @@ class Values:
             tape.expressions([term for term, _ in found]),
             self._finite(np.array([number for _, number in found])),
         )
+
+    def _linearise(self, blocks: list[Block]) -> _Linear:
+        """Linear equations for what to add to the present values of nodes."""
+        incidence, linear = self.reduced.incidence, _Linear(blocks)
+        numbers, orders = equations_of(blocks)
+        for places, seen in incidence.alike(numbers, orders):
+            self._template_equations(seen, places, linear)
+        sums = np.flatnonzero(numbers >= incidence.first_sum)
+        self._sum_equations(sums, numbers[sums], orders[sums], linear)
+        return linear
 
     def _last(self, block: Block) -> dict[int, int]:
         """Equations of constraints that hold or slide, and the place of the reaction of each."""
