@@ -35,6 +35,7 @@ def refuse_slips(cls: type, base: type) -> None:
                 f"{cls.__name__}.{name}: is the method '{meant[0]}' meant? Write it so, or choose "
                 "a name less alike."
             )
+    declared = {id(value) for kind in cls.__mro__ for value in vars(kind).values()}
     for name, value in own.items():
         if isinstance(value, type) and issubclass(value, kinds):
             raise DeclarationError(
@@ -45,6 +46,16 @@ def refuse_slips(cls: type, base: type) -> None:
             raise DeclarationError(
                 f"{cls.__name__}.{name}: names that begin with an underscore are not seen as parts "
                 "of a component; choose another."
+            )
+        held = list(value.values()) if isinstance(value, Mapping) else value
+        if isinstance(held, list | tuple) and any(
+            isinstance(v, Port | Quantity) and id(v) not in declared for v in held
+        ):
+            raise DeclarationError(
+                f"{cls.__name__}.{name}: quantities and ports in a list or dictionary are no "
+                "declarations. Declare each by its own name, or declare one in a component, such "
+                f"as Piece, and hold these in a list: {name} = [Piece() for _ in "
+                f"range({len(held)})]."
             )
         if isinstance(value, kinds) and hasattr(base, name) and name not in _FREE:
             raise DeclarationError(

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from lumped.errors import SingularModelError
 from lumped.reduction.diagnosis import class_names, equation_text, factors, list_each_once
-from lumped.reduction.incidence import Incidence
+from lumped.reduction.incidence import GenericPoint, Incidence
 from lumped.reduction.reduce import Reduced
 
 
@@ -22,7 +24,16 @@ def singular_block(
     why = "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
     what = "Make one of them elastic."
     signals = _signals(reduced, nodes)
-    if signals:
+    rank, dependent, lost = _find_dependent(reduced, nodes)
+    zeros = _zero_parameters(reduced, nodes)
+    if not zeros and lost and all(reduced.class_and_order(node)[1] for node in lost):
+        listed = [equation_text(incidence, *incidence.origin(r)) for r in dependent[:8]]
+        why = (
+            f"The matrix of its derivatives has rank {rank}, not {len(nodes)}: multiples of these "
+            f"equations add up to one without {_names(reduced, lost[:12])}. "
+        )
+        what = "Write that one in place of one of them."
+    elif signals:
         why = f"Likely {list_each_once(signals)} form a loop of signals whose gain is 1. "
         what = "Change a gain, or put a part with a state into the loop, such as a Filter."
     sliding = list(dict.fromkeys(_owner(incidence, row) for row in holds))
@@ -32,7 +43,6 @@ def singular_block(
             "nothing determines the speed between two that slide at once. "
         )
         what = "Put an Inertia or Mass between each two of them."
-    zeros = _zero_parameters(reduced, nodes)
     if zeros:
         why = f"These parameters in its equations are zero: {', '.join(zeros[:6])}. "
         what = "Give them values, or take parts without them (a Spring for a SpringDamper)."
@@ -75,6 +85,37 @@ def _signals(reduced: Reduced, nodes: list[int]) -> list[str]:
             return []
         found[_owner(incidence, row)] = None
     return list(found)
+
+
+def _find_dependent(reduced: Reduced, nodes: list[int]) -> tuple[int, list[int], list[int]]:
+    """Rank of a block at a generic point, equations that depend on each other, and unknowns.
+
+    The unknowns are those that such equations leave open.
+    """
+    incidence = reduced.incidence
+    orders = np.full(incidence.count, -1)
+    rows, times = np.array(reduced.blocks[reduced.block_of[nodes[0]]].equations).T
+    orders[rows] = times
+    point = GenericPoint(incidence.flat, incidence.aliases, reduced.highest)
+    entries = incidence.entries(orders, point, orders >= 0)
+    unknown = {node: j for j, node in enumerate(nodes)}
+    row = {number: i for i, number in enumerate(rows.tolist())}
+    matrix = np.zeros((len(rows), len(nodes)))
+    found = zip(entries.rows.tolist(), reduced.first[entries.classes] + entries.orders, strict=True)
+    for (number, node), value in zip(found, entries.values.tolist(), strict=True):
+        if int(node) in unknown:
+            matrix[row[number], unknown[int(node)]] = np.nan_to_num(value)
+    size = np.abs(matrix).max(axis=1, keepdims=True)
+    U, sizes, V = np.linalg.svd(matrix / np.where(size > 0, size, 1.0))
+    rank = int((sizes > 1e-12 * sizes[0]).sum())
+    left, open_ = (
+        np.abs(part).max(axis=1, initial=0.0) > 1e-9 for part in (U[:, rank:], V[rank:].T)
+    )
+    return (
+        rank,
+        rows[left].tolist(),
+        [node for node, lost in zip(nodes, open_, strict=True) if lost],
+    )
 
 
 def _names(reduced: Reduced, nodes: Iterable[int]) -> str:

@@ -249,3 +249,17 @@ def test_a_linkage_settles_where_a_slack_spring_holds_it():
     expected = brentq(lambda p: 300.0 * (p - 0.02 * np.tanh(p / 0.02)) + 200.0, -2, 0, xtol=1e-15)
     assert point["crank.phi"] == pytest.approx(expected, rel=1e-9)
     assert np.cos(point["rocker.phi"] - rocker_angle(expected)) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_sum_of_two_equations_mends_a_singular_matrix_of_derivatives():
+    class Amplifier(lp.Component):
+        u1: lp.Var = lp.var("V", "voltage of the first node", 0.8, state="prefer")
+        u2: lp.Var = lp.var("V", "voltage of the second node")
+
+        def equations(self):
+            yield lp.der(self.u1) - lp.der(self.u2) == -self.u1
+            yield 0 == 1 - self.u1 - self.u2
+
+    run = lp.simulate(lp.assemble(Amplifier()), until=3.0, rtol=1e-9)
+    assert run["u1"][-1] == pytest.approx(0.8 * np.exp(-1.5), rel=1e-7)
+    assert run["u2"][-1] == pytest.approx(1 - 0.8 * np.exp(-1.5), rel=1e-7)

@@ -7,7 +7,13 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Inertia
-from lumped.errors import EquationError, SingularModelError, SolverError, StartError
+from lumped.errors import (
+    DeclarationError,
+    EquationError,
+    SingularModelError,
+    SolverError,
+    StartError,
+)
 from tests.helpers.rows import assemble_row
 
 from . import Table
@@ -162,3 +168,33 @@ def numpy_function(self):
     """A function of NumPy is applied to a variable."""
     yield self.w == lp.der(self.flange.phi)
     yield self.flange.tau == self.d * np.sin(self.w)
+
+
+@laws(DeclarationError, "Beam.x", "in a list or dictionary", "x = [Piece() for _ in range(3)]")
+def variables_in_a_list():
+    """A component declares its variables in a list."""
+
+    class Beam(lp.Component):
+        x = tuple(lp.var("m", "deflection") for _ in range(3))
+
+
+@laws(
+    SingularModelError,
+    "der(a.u1), der(a.u2)",
+    "derivatives has rank 1, not 2",
+    "C * (der(a.u1) - der(a.u2)) = -a.u1",
+    "C * (der(a.u2) - der(a.u1)) = 1 - a.u2",
+)
+def capacitor_between_two_nodes():
+    """Both equations of a capacitor between two nodes hold the same difference of derivatives."""
+
+    class Amplifier(lp.Component):
+        C: lp.Param = lp.param("F", "capacitance", 1e-6)
+        u1: lp.Var = lp.var("V", "voltage of the first node")
+        u2: lp.Var = lp.var("V", "voltage of the second node")
+
+        def equations(self):
+            yield self.C * (lp.der(self.u1) - lp.der(self.u2)) == -self.u1
+            yield self.C * (lp.der(self.u2) - lp.der(self.u1)) == 1 - self.u2
+
+    build(a=Amplifier())
