@@ -19,8 +19,8 @@ import math
 
 from lumped.code.words import Numbers, kernel, largest_of, sqrt
 from lumped.kernel.enclosures.forcing import limit_by_forcing
-from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.any_method import IMPLICIT_ORDER, LONGER, dense_error, prepare
+from lumped.kernel.methods.rates import find_slopes
 from lumped.kernel.output import note_turn
 from lumped.kernel.run import Run
 from lumped.kernel.step_error import SAFETY, is_dense_wanted, is_finite, try_step
@@ -110,7 +110,7 @@ def _is_explicit_better(run: Run, h: float) -> bool:
 @kernel
 def _is_implicit_better(run: Run, h: float) -> bool:
     """Whether stability may limit explicit steps, and one of three times the length is accurate."""
-    evaluate(run.plant.jacobian, run, run.x, run.t, run.m, run.matrix.slopes)
+    find_slopes(run)
     _begin_fastest(run)
     run.long_enough = max(run.long_enough, max(_MUCH * h, _CALM / max(run.fastest, 1e-300)))
     if h * run.fastest <= _CALM:

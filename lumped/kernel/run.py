@@ -62,6 +62,11 @@ class Pattern(Record):
         First entry, and that of the pivot, of each row.
     at : Integers
         Column of each entry.
+    colours : int
+        Groups of columns without common rows, or 0: whether the Jacobian is found along
+        directions, one for each group, and the time.
+    colour, grouped, first_grouped : Integers
+        Group of each column, nonzeros group by group, and the first of each group.
     """
 
     nonzeros: int
@@ -73,6 +78,10 @@ class Pattern(Record):
     begin: Integers
     diagonal: Integers
     at: Integers
+    colours: int
+    colour: Integers
+    grouped: Integers
+    first_grouped: Integers
 
 
 class Matrix(Record):
@@ -85,6 +94,7 @@ class Matrix(Record):
     row: Annotated[Numbers, "states"]
     size: Annotated[Numbers, "states"]
     right: Annotated[Numbers, "states"]
+    direction: Annotated[Numbers, "states + states + 1"]
 
 
 class RunOutput(Record):

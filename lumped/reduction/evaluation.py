@@ -267,31 +267,44 @@ class Values:
 
     def _newton(self, block: Block) -> None:
         """A few iterations of Newton's method, from the guesses, as one expression."""
-        nodes = block.nodes
-        self._sx[nodes] = self.guesses[[self._place[node] for node in nodes]]
-        for iteration in range(_ITERATIONS):
+        nodes, known = block.nodes, self._find_known(block)
+        guesses = self.guesses[[self._place[node] for node in nodes]]
+        values, given = _pick(self._sx, known), ca.SX.sym("g", len(known))
+        self._sx[nodes], self._sx[known.tolist()] = guesses, given
+        step, _ = self._solve_linearised([block])
+        self._sx[known.tolist()] = values
+        rest = [self.flat.parameters.theta, self.time, self.modes]
+        improve = ca.Function("improve", [guesses, given, *rest], [guesses + step])
+        self._number[nodes] = self._converge(improve, self._number[nodes], self._number[known])
+        self._sx[nodes] = improve(guesses, values, *rest)
+        for _ in range(_ITERATIONS - 1):
             step, _ = self._solve_linearised([block])
             self._sx[nodes] = self._sx[nodes] + step
-            if iteration == 0:
-                self._number[nodes] = self._converge(nodes)
         self._correction.update(zip(nodes, ca.vertsplit(step), strict=True))
 
-    def _converge(self, nodes: list[int]) -> np.ndarray:
+    def _find_known(self, block: Block) -> np.ndarray:
+        """Nodes in the equations of a block that others determine."""
+        rows, orders = equations_of([block])
+        used = [
+            self.reduced.nodes_of(seen) for _, seen in self.reduced.incidence.alike(rows, orders)
+        ]
+        sums = np.flatnonzero(rows >= self.reduced.incidence.first_sum)
+        used.append(self._sum_nodes(rows[sums], orders[sums])[1])
+        return np.setdiff1d(
+            np.concatenate([n.ravel() for n in used]), [*block.nodes, len(self._number) - 1]
+        )
+
+    def _converge(self, improve: ca.Function, begin: np.ndarray, known: np.ndarray) -> np.ndarray:
         """Values at the generic point, if Newton's method finds any there."""
-        begin = self._number[nodes]
-        inputs = [self.guesses, self.states, self.flat.parameters.theta, self.time, self.modes]
-        improve = ca.Function("improve", inputs, [self._sx[nodes]])
-        guesses = self._number[self.implicit]
-        places = [self._place[node] for node in nodes]
-        theta = self.flat.parameters.defaults
-        rest = self._number[self.reduced.states], theta, _TIME, self._mode_numbers
+        rest = known, self.flat.parameters.defaults, _TIME, self._mode_numbers
+        guesses = begin
         for _ in range(100):
             found = np.asarray(improve(guesses, *rest)).ravel()
             if not np.isfinite(found).all():
                 return begin
-            if np.abs(found - guesses[places]).max() <= 1e-12 * (1 + np.abs(found).max()):
+            if np.abs(found - guesses).max() <= 1e-12 * (1 + np.abs(found).max()):
                 return found
-            guesses[places] = found
+            guesses = found
         return begin
 
     def _solve_linearised(self, blocks: list[Block]) -> tuple[ca.SX, np.ndarray]:

@@ -9,6 +9,8 @@ from lumped.compiler.system import System
 from lumped.kernel.run import MOST_JUMP, Run
 from lumped.support.made_once import made_once
 
+_MANY = 20
+"""Leading states of each dependent node, on the average, up to which all of them are watched."""
 _ELSEWHERE = 25
 """Points at which it is looked at for that."""
 
@@ -129,7 +131,7 @@ def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
     follows a twist by 1e4 N.m/rad everywhere is well led.
     """
     nodes, x = _dependent(system), system.inputs[0]
-    ratios = ca.jacobian(system.structure.values.of(nodes), x)
+    ratios = _find_ratios(system, nodes)
     rows, columns = ratios.sparsity().get_triplet()
     entries = ca.SX(ratios.nz[:])
     order = [system.structure.reduced.class_and_order(n)[1] for n in nodes]
@@ -145,6 +147,59 @@ def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
         scaled = entries[varying] / ca.DM(_typical(system, function))
         function = ca.Function("levers", system.inputs, [scaled])
     return pairs, function
+
+
+def _find_ratios(system: System, nodes: list[int]) -> ca.SX:
+    """Derivatives of dependent nodes by the states; where these are many, by their own states.
+
+    In a chain each body follows all states before it, through other dependent bodies. Where a
+    block of equations is singular it is so in all directions, so those of the states that it has
+    itself tell; one that has none follows those of the bodies that it follows.
+    """
+    structure, x = system.structure, system.inputs[0]
+    found = structure.values.of(nodes)
+    sparsity = ca.jacobian_sparsity(found, x)
+    if sparsity.nnz() <= _MANY * len(nodes):
+        return ca.jacobian(found, x)
+    counts = np.diff(sparsity.T.colind())  # grow along a chain
+    orders = np.array([structure.reduced.class_and_order(n)[1] for n in nodes])
+    leading = np.array([structure.reduced.class_and_order(n)[1] for n in structure.states])
+    ratios = ca.SX(len(nodes), len(leading))
+    orders[np.isin(np.array(nodes) - 1, nodes) & (orders == 1)] = -1  # as their positions
+    for order in np.unique(orders[orders >= 0]):
+        rows, columns = np.flatnonzero(orders == order), np.flatnonzero(leading == order)
+        rows = rows[np.lexsort((structure.reduced.block_of[np.array(nodes)[rows]], counts[rows]))]
+        follows = found[rows.tolist()]
+        own, cut = _cut_chains(ca.Function("follows", system.inputs, [follows]), system.inputs)
+        by_state = ca.jacobian(own, x[columns.tolist()])
+        has_none = np.diff(by_state.T.sparsity().colind()) == 0
+        for i in np.flatnonzero(has_none).tolist():
+            by_state[i, :] = ca.jacobian(own[i], cut) @ by_state
+        ratios[rows.tolist(), columns.tolist()] = ca.substitute(by_state, cut, follows)
+    return ca.cse(ratios)
+
+
+def _cut_chains(function: ca.Function, inputs: list[ca.SX]) -> tuple[ca.SX, ca.SX]:
+    """Results of a function by its inputs and by symbols of the results before them."""
+    work: dict[int, ca.SX] = {}
+    found: list[ca.SX] = []
+    symbols = ca.SX.sym("f", function.numel_out(0))
+    for k in range(function.n_instructions()):
+        op, out = function.instruction_id(k), function.instruction_output(k)
+        if op == ca.OP_CONST:
+            work[out[0]] = ca.SX(function.instruction_constant(k))
+            continue
+        given = function.instruction_input(k)
+        if op == ca.OP_INPUT:
+            work[out[0]] = inputs[given[0]].nz[given[1]]
+        elif op == ca.OP_OUTPUT:
+            found.append(work[given[0]])
+            work[given[0]] = symbols[out[1]]
+        elif len(given) == 2:
+            work[out[0]] = ca.SX.binary(op, work[given[0]], work[given[1]])
+        else:
+            work[out[0]] = ca.SX.unary(op, work[given[0]])
+    return ca.vertcat(*found), symbols
 
 
 def _typical(system: System, function: ca.Function) -> np.ndarray:

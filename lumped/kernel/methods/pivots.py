@@ -8,7 +8,9 @@ import scipy
 from lumped.kernel.run import Pattern
 
 
-def pattern_of(rows: np.ndarray, columns: np.ndarray, n: int) -> Pattern:
+def pattern_of(
+    rows: np.ndarray, columns: np.ndarray, n: int, colour: np.ndarray | None = None
+) -> Pattern:
     """Pattern of the factors of ``I - h J`` with pivots on the diagonal.
 
     Pivots are taken in the order of least degree on the pattern of ``J + J'`` (as in SuperLU),
@@ -20,7 +22,11 @@ def pattern_of(rows: np.ndarray, columns: np.ndarray, n: int) -> Pattern:
         Nonzeros of the Jacobian.
     n : int
         Number of states.
+    colour : ndarray of int, shape (n,), optional
+        Group of each column if the Jacobian is found along directions.
     """
+    group = np.zeros(0, dtype=np.int64) if colour is None else colour
+    count = 0 if colour is None else int(colour.max()) + 1
     order = _order(rows, columns, n)
     place = np.empty(n, dtype=np.int64)
     place[order] = np.arange(n)
@@ -49,6 +55,12 @@ def pattern_of(rows: np.ndarray, columns: np.ndarray, n: int) -> Pattern:
         begin=np.array(begin, dtype=np.int64),
         diagonal=np.array(diagonal, dtype=np.int64),
         at=columns_of,
+        colours=count,
+        colour=group,
+        grouped=np.argsort(group[columns], kind="stable") if count else group,
+        first_grouped=np.searchsorted(np.sort(group[columns]), np.arange(count + 1))
+        if count
+        else group,
     )
 
 

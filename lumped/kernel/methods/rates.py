@@ -41,3 +41,28 @@ def find_rates(run: Run, x: Numbers, t: float, out: Numbers) -> None:
         _find_exact_rates(run, x, t, out)
     else:
         evaluate(run.plant.rates, run, x, t, run.m, out)
+
+
+@kernel
+def find_slopes(run: Run) -> None:
+    """Write the Jacobian of the rates and their derivative by time at the present point.
+
+    Where a table of it would be too large, its function takes a direction behind the states and
+    is evaluated for each group of columns without common rows, then for the time (Curtis, Powell
+    and Reid, IMA Journal of Applied Mathematics 13 (1974) 117).
+    """
+    matrix, pattern, n = run.matrix, run.matrix.pattern, run.plant.states
+    if pattern.colours == 0:
+        evaluate(run.plant.jacobian, run, run.x, run.t, run.m, matrix.slopes)
+        return
+    along, found = matrix.direction, matrix.drift
+    copy_numbers(n, run.x, along)
+    for c in range(pattern.colours + 1):
+        for i in range(n):
+            along[n + i] = 1.0 if pattern.colour[i] == c else 0.0
+        along[2 * n] = 1.0 if c == pattern.colours else 0.0
+        evaluate(run.plant.jacobian, run, along, run.t, run.m, found)
+        if c < pattern.colours:
+            for k in range(pattern.first_grouped[c], pattern.first_grouped[c + 1]):
+                e = pattern.grouped[k]
+                matrix.slopes[e] = found[pattern.row[e]]

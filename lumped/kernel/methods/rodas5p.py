@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from lumped.code.words import Numbers, copy_numbers, kernel, sqrt
-from lumped.kernel.interpret import evaluate
-from lumped.kernel.methods.rates import find_rates
+from lumped.kernel.methods.rates import find_rates, find_slopes
 from lumped.kernel.methods.sparse_lu import factorise, is_solved, solve
 from lumped.kernel.run import Run
 from lumped.numerics import rodas5p as tableau
@@ -45,7 +44,7 @@ def _factorise(run: Run, h: float) -> bool:
     """Whether the matrix of the step, ``I - h gamma J``, has factors."""
     matrix, n = run.matrix, run.plant.states
     pattern = matrix.pattern
-    evaluate(run.plant.jacobian, run, run.x, run.t, run.m, matrix.slopes)
+    find_slopes(run)
     for e in range(pattern.entries):
         matrix.factors[e] = 0.0
     for i in range(n):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from lumped.code.functions import compile_functions, load_functions
+from lumped.code.machine_code import Code
 from lumped.code.operations import Operations, operations_of
 from lumped.code.parameter_parts import prepare_parts
 from lumped.compiler.system import System
@@ -26,11 +27,17 @@ from lumped.timeloop.plants.parts import (
     parts_of,
     plant_sizes,
     select_enclosed,
+    slopes_along,
 )
 from lumped.timeloop.plants.taylor_series import TaylorSeries
 
 WORTH = 30_000
-"""Evaluations of all functions that take as long as compiling them."""
+"""Evaluations of functions that take as long as compiling them."""
+_SELDOM = ("leverage", "following", "jacobian")
+"""Functions that explicit steps need at most once in a step, each compiled for itself."""
+_LARGE = 30_000
+"""Nonzeros of a Jacobian from which on it is found along directions if they are more than the
+operations of the rates: a table of it grows faster."""
 _KEPT_ROOM = 1_000_000
 """Numbers of output whose room is kept for the next run."""
 _HALF_SECOND = 100_000_000
@@ -40,8 +47,9 @@ _HALF_SECOND = 100_000_000
 class Executable:
     """What runs of a system share; nothing in it depends on parameters or on a run.
 
-    Its functions are interpreted until they were evaluated so often that compiling them would have
-    taken as long; both give the same bits. What was compiled before is taken from the cache.
+    Its functions are interpreted until that took as long as compiling them would, those that each
+    stage of a step needs before the others; both give the same bits. What was compiled before is
+    taken from the cache.
 
     Parameters
     ----------
@@ -56,6 +64,8 @@ class Executable:
     beside : dict of str to Function, optional
         More functions for which what depends on parameters alone is computed once for a run, also
         the inverse of what they divide by.
+    system : System, optional
+        Whose Jacobian is found along directions if it is large.
 
     Attributes
     ----------
@@ -72,11 +82,12 @@ class Executable:
         sizes: dict[str, int],
         plant: Plant,
         beside: dict[str, ca.Function] | None = None,
+        system: System | None = None,
     ) -> None:
-        self.plant, self._jacobian = plant, jacobian
+        self.plant, self._jacobian, self._system = plant, jacobian, system
         self._operations: dict[str, Operations] = {}
         self._kept: list[object] = []  # what a run of another thread may still call
-        self._interpreted, self._is_compiled = 0, False
+        self._interpreted = 0
         self._pattern: Pattern | None = None
         self._own = threading.local()
         none = Function()
@@ -98,34 +109,40 @@ class Executable:
 
     def _add(self, found: dict[str, Operations]) -> None:
         """Take functions, in machine code if that was made before."""
-        code = load_functions(found)
         for name, operations in found.items():
             made = Function(
                 count=len(operations.table),
                 operations=operations.table.ravel(),
                 constants=operations.constants,
             )
-            if code is not None:
-                made.address = code.address(name)
             self._kept.append(made)
             setattr(self.plant, name, made)
         self._operations |= found
-        self._kept.append(code)
-        self._is_compiled = code is not None
+        for group in self._interpreted_groups():
+            code = load_functions(group)
+            if code is not None:
+                self._take(code, group)
 
-    def compile(self) -> None:
-        """Make machine code of all functions now."""
+    def _take(self, code: Code, names: Iterable[str]) -> None:
+        self._kept.append(code)
+        for name in names:
+            getattr(self.plant, name).address = code.address(name)
+
+    def _interpreted_groups(self) -> list[dict[str, Operations]]:
+        """Functions without machine code: those that each stage of a step needs, then others."""
         waiting = {
             name: operations
             for name, operations in self._operations.items()
             if not getattr(self.plant, name).address
         }
-        if waiting:
-            code = compile_functions(waiting)
-            self._kept.append(code)
-            for name in waiting:
-                getattr(self.plant, name).address = code.address(name)
-        self._is_compiled = True
+        often = {name: waiting[name] for name in waiting if name not in _SELDOM}
+        seldom = [{name: waiting[name]} for name in _SELDOM if name in waiting]
+        return [group for group in (often, *seldom) if group]
+
+    def compile(self) -> None:
+        """Make machine code of all functions now."""
+        for group in self._interpreted_groups():
+            self._take(compile_functions(group), group)
 
     def compile_lanes(self, count: int) -> None:
         """Make machine code of what explicit steps need, for several lanes side by side."""
@@ -142,14 +159,15 @@ class Executable:
             getattr(self.plant, name).wide_address = code.address(name)
 
     def account(self, run: Run) -> None:
-        """Note what a run interpreted since it was asked last; compile when that is worth it."""
+        """Note what a run interpreted since it was asked last; compile what that is worth."""
         if not run.interpreted:
             return
         self._interpreted += run.interpreted
         run.interpreted = 0
-        total = sum(len(operations.table) for operations in self._operations.values())
-        if self._interpreted > WORTH * total and not self._is_compiled:
-            self.compile()
+        for group in self._interpreted_groups()[:1]:
+            if self._interpreted > WORTH * sum(len(part.table) for part in group.values()):
+                self._take(compile_functions(group), group)
+                self._interpreted = 0
 
     @cached_property
     def attempts(self) -> int:
@@ -217,17 +235,28 @@ class Executable:
         if run.has_matrix:
             return
         if self._pattern is None:
-            function = self._jacobian()
-            self._add({"jacobian": operations_of(function, full=False)})
-            rows, columns = (np.array(v) for v in function.sparsity_out(0).get_triplet())
-            pattern = pattern_of(rows.astype(int), columns.astype(int), self.plant.states)
-            self._pattern = pattern
+            self._pattern = self._find_pattern()
         work = self._operations["jacobian"].work
         if len(run.work) < work:
             run.work = np.zeros(work)
         sizes = {"states": self.plant.states, "nonzeros": self._pattern.nonzeros}
         sizes["entries"] = self._pattern.entries
         run.matrix, run.has_matrix = Matrix(sizes, pattern=self._pattern), 1
+
+    def _find_pattern(self) -> Pattern:
+        """The pattern of the Jacobian, whose function is taken."""
+        system, colour = self._system, None
+        if system is not None:
+            sparsity = ca.jacobian_sparsity(system.rates, system.inputs[0])
+            if sparsity.nnz() > max(_LARGE, self.plant.rates.count):
+                colour = np.array(sparsity.uni_coloring().T.row(), dtype=np.int64)
+                self._add({"jacobian": slopes_along(system)})
+        if colour is None:
+            function = self._jacobian()
+            sparsity = function.sparsity_out(0)
+            self._add({"jacobian": operations_of(function, full=False)})
+        rows, columns = (np.array(v, dtype=int) for v in sparsity.get_triplet())
+        return pattern_of(rows, columns, self.plant.states, colour)
 
     def evaluate(
         self, name: str, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
@@ -262,7 +291,7 @@ def span(run: Run, size: float) -> None:
 def executable(system: System) -> Executable:
     """The system, ready to be run."""
     functions, sizes, fields = parts_of(system)
-    return Executable(functions, lambda: system.jacobian, sizes, Plant(**fields))
+    return Executable(functions, lambda: system.jacobian, sizes, Plant(**fields), system=system)
 
 
 def smooth_executable(

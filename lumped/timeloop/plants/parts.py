@@ -166,6 +166,14 @@ def parts_of(system: System) -> Parts:
     return Parts(operations, sizes, fields)
 
 
+def slopes_along(system: System) -> Operations:
+    """Change of the rates along a direction, whose numbers and that of the time follow states."""
+    x, p, t, m = system.inputs
+    v = ca.SX.sym("v", x.numel() + 1)
+    along = ca.densify(ca.cse(ca.jtimes(system.rates, ca.vertcat(x, t), v)))
+    return operations_of(ca.Function("slopes_along", [ca.vertcat(x, v), p, t, m], [along]))
+
+
 def operations_of_each(functions: Mapping[str, ca.Function]) -> dict[str, Operations]:
     """Operations of CasADi functions."""
     return {name: operations_of(function) for name, function in functions.items()}
