@@ -300,9 +300,13 @@ class System(Shared, RichHtml):
 
         Positions and speeds change places together.
         """
+        return self.exchange_states([(follower, leader)])
+
+    def exchange_states(self, pairs: Iterable[tuple[int, int]]) -> System:
+        """The same for several pairs of a follower and its leader at once."""
         structure, reduced = self.structure, self.structure.reduced
-        ranks = dict(structure.ranks)
-        for node, rank in ((follower, RANK["always"]), (leader, RANK["never"])):
+        ranks, wanted = dict(structure.ranks), (RANK["always"], RANK["never"])
+        for node, rank in (turn for pair in pairs for turn in zip(pair, wanted, strict=True)):
             number, _ = reduced.class_and_order(node)
             first, highest = int(reduced.first[number]), int(reduced.highest[number])
             ranks.update(dict.fromkeys(range(first, first + highest), rank))

@@ -14,7 +14,8 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.language.quantity import Bound
-from lumped.points.start import StartForm, fix_start, start_form, start_point
+from lumped.points.start import start_point
+from lumped.points.start_slopes import StartForm, fix_start, start_form
 from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint

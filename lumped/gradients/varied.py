@@ -9,7 +9,8 @@ import numpy as np
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
-from lumped.points.start import by_name, start_slopes
+from lumped.points.start import by_name
+from lumped.points.start_slopes import start_slopes
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory

@@ -185,15 +185,17 @@ class Var(_Declared):
         As given to `var`.
     wish : str
         Its `state` there.
+    is_declared : bool
+        Whether a start value was stated.
     """
 
     def __init__(
-        self, unit: str, text: str, start: Number, nominal: float, state: StateWish
+        self, unit: str, text: str, start: Number | None, nominal: float, state: StateWish
     ) -> None:
         super().__init__(unit, text)
         if not nominal > 0:
             raise DeclarationError(f"nominal value {nominal} of '{text}' must be positive.")
-        self.start = start
+        self.start, self.is_declared = 0.0 if start is None else start, start is not None
         self.nominal = nominal
         self.wish = state
 
@@ -285,7 +287,7 @@ def param(
 def var(
     unit: str,
     text: str,
-    start: Number = 0.0,
+    start: Number | None = None,
     *,
     nominal: float = 1.0,
     state: StateWish = "default",
@@ -298,7 +300,7 @@ def var(
         SI unit and meaning.
     start : float or expression, optional
         Default value at the start, used if nothing else determines it; a value given to the
-        instance must hold exactly.
+        instance must hold exactly. Zero if not stated, which yields to what others state.
     nominal : float
         Typical magnitude, in `unit`.
     state : {"always", "prefer", "default", "avoid", "never"}

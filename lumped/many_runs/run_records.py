@@ -282,9 +282,10 @@ class RunRecords:
         theta = dict(zip(self.system.parameters, self.theta.tolist(), strict=True))
         theta |= dict(zip(self.names, values.tolist(), strict=True))
         try:
-            return run_start(self.system, self.options._replace(parameters=theta))
+            point = run_start(self.system, self.options._replace(parameters=theta))
         except LumpedError:
             return None
+        return point if point.system is self.system else None
 
     def _tell_start(self, variants: Variants, point: OperatingPoint) -> None:
         """Let a variant begin at a point, before what collides there."""

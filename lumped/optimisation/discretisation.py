@@ -14,7 +14,7 @@ from lumped.numerics.collocation import fractions, phase
 from lumped.numerics.nlp import Programme
 from lumped.orbits.guesses import drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.points.start import start_slopes
+from lumped.points.start_slopes import start_slopes
 from lumped.timeloop.clocks import clocks
 from lumped.timeloop.results.trajectory import Trajectory
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, StartError, shown
-from lumped.points.direct_start import direct_slopes, direct_start
+from lumped.points.consistent_point import consistent_point
+from lumped.points.direct_start import direct_start
 from lumped.points.pressed_friction import find_loose
 from lumped.points.start_search import StartSearch
 from lumped.points.start_values import read_start_values
@@ -127,7 +127,45 @@ def find_start(
     together: bool = False,
 ) -> OperatingPoint:
     """States at the start (see `start_point`), of arguments that were checked."""
-    theta, values, free = system.theta(parameters), by_name(start), tuple(free)
+    fault, point, free = None, None, tuple(free)
+    try:
+        point = start_by_states(system, parameters, start, free, time, together)
+    except StartError as error:
+        fault = error
+    if not (free or together or system.structure.flat.initial):
+        before = point and (point.before or point)
+        try:
+            better = consistent_point(
+                system, system.theta(parameters), by_name(start), time, before
+            )
+        except StartError as error:
+            if fault is None or str(error) == str(fault):
+                raise
+            raise StartError(f"{fault} {error}") from None
+        if better is not None:
+            if point is not None and better.system is system and better.x is (before or point).x:
+                return replace(point, lost=better.lost)
+            again = None
+            if system.structure.lost_states:
+                kept = by_key(system, parameters, by_name(start), free)
+                again = partial(find_start, **kept, time=time)
+            return _begin_motion(replace(better, again=again))
+    if point is None:
+        assert fault is not None
+        raise fault
+    return point
+
+
+def start_by_states(
+    system: System,
+    parameters: Changes | None,
+    start: Changes | None,
+    free: tuple[Name, ...],
+    time: float,
+    together: bool = False,
+) -> OperatingPoint:
+    """The start as the states in use lead to it."""
+    theta, values = system.theta(parameters), by_name(start)
     places = free_places(system, free)
     again = None
     if system.structure.lost_states:
@@ -282,107 +320,3 @@ def _begin_motion(point: OperatingPoint) -> OperatingPoint:
         raise StartError(str(error)) from None
     before = point if hits else None
     return replace(point, x=x, settings=settings, collisions=hits, before=before)
-
-
-def start_slopes(
-    system: System,
-    theta: np.ndarray,
-    start: Changes | OperatingPoint | None,
-    time: float,
-    seed: np.ndarray,
-    varied: Mapping[int, np.ndarray],
-) -> tuple[np.ndarray, np.ndarray]:
-    """States at the start, before any impact there, and their derivatives.
-
-    Parameters
-    ----------
-    start : mapping of name to float, or OperatingPoint, optional
-        Start values; or a point, whose states stay where parameters vary.
-    time : float
-        Instant of the start, s.
-    seed : ndarray, shape (parameters, k)
-        Derivatives of the parameters.
-    varied : mapping of int to ndarray, shape (k,)
-        Derivatives of start values of unknowns; each is given or a state.
-
-    Returns
-    -------
-    ndarray, shapes (n,) and (n, k)
-    """
-    used = system.structure.in_use
-    if isinstance(start, OperatingPoint):
-        slopes = np.zeros((len(system.structure.states), seed.shape[1]))
-        reduced, place = system.structure.reduced, dict[int | None, int]()
-        place |= {node: i for i, node in enumerate(system.structure.states)}
-        for unknown, unit in varied.items():
-            slopes[place[reduced.node(unknown)]] = reduced.aliases.signs[unknown] * unit
-        return start.x, slopes
-    changed = read_start_values(system, by_name(start))
-    form, values = direct_start(system, tuple(changed)), list(changed.values())
-    direct = direct_slopes(system, tuple(changed), tuple(varied))
-    found = None if form is None else form.states(theta, time, values)
-    if found is not None and direct is not None:
-        directions = np.vstack([seed, *varied.values()])
-        return found[0], direct.along(theta, time, values, directions)
-    begin = StartSearch(system, theta, by_name(start), [], time)
-    x = begin.solve()
-    return x[used], begin.slopes(x, seed, varied)[used]
-
-
-@dataclass(frozen=True, eq=False)
-class StartForm:
-    """States at the time zero as expressions of the parameters, before any impact there.
-
-    Attributes
-    ----------
-    states : SX, shape (all states, 1)
-        Those that are given or take their defaults; numbers for those that must be searched for.
-    miss : SX
-        What must vanish: targets less what is wanted, relative to that if it is above one;
-        expressions of all states, parameters, time and settings.
-    rows, columns : list of int
-        Targets and states of a regular system of as many equations as states.
-    guesses : ndarray
-        Where the search for implicit quantities begins.
-    """
-
-    states: ca.SX
-    miss: ca.SX
-    rows: list[int]
-    columns: list[int]
-    guesses: np.ndarray
-
-
-def fix_start(point: OperatingPoint) -> StartForm:
-    """The states of a point, whatever the parameters are."""
-    structure = point.system.structure
-    states = ca.SX.zeros(len(structure.reduced.states))
-    states[structure.in_use] = ca.SX(ca.DM(point.x))
-    guesses = point.settings[len(point.settings) - len(structure.implicit) :]
-    return StartForm(states, ca.SX(0, 1), [], [], guesses)
-
-
-def start_form(system: System, start: Changes) -> StartForm:
-    """How the states at the time zero follow from the parameters; some start values are set."""
-    begin = StartSearch(system, system.theta(None), start, [], 0.0)
-    x, flat, reduced = begin.solve(), system.structure.flat, begin.reduced
-
-    def read_signed(unknown: int) -> ca.SX:
-        given = begin.given if unknown in begin.changed else {**flat.starts, **flat.given}
-        return float(reduced.aliases.signs[unknown]) * ca.SX(given[unknown])
-
-    states = ca.SX.zeros(len(x))
-    for unknown in (*flat.starts, *(u for u, _ in begin.fixed.values())):
-        node = reduced.node(unknown)
-        if node in begin.position:
-            states[begin.position[node]] = read_signed(unknown)
-    guesses = begin.settings[len(begin.settings) - len(begin.guesses) :]
-    if begin.search is None:
-        return StartForm(states, ca.SX(0, 1), [], [], guesses)
-    rows, columns = begin.search.regular(x)
-    states[columns] = ca.DM(x[columns])
-    wanted = ca.SX.zeros(begin.search.value.numel())
-    for i, (unknown, _) in enumerate(begin.targets.values()):
-        wanted[i] = read_signed(unknown)
-    miss = (begin.search.value - wanted) / ca.fmax(1, ca.fabs(wanted))
-    return StartForm(states, miss, rows, columns, guesses)

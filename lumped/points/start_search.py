@@ -68,8 +68,8 @@ class StartSearch:
         Start value of each unknown that has one.
     changed : set of int
         Those of them that were set.
-    fixed, targets : dict of int to (int, float)
-        Unknown and value of each node that is a state, and that is none.
+    fixed, targets, guessed : dict of int to (int, float)
+        Unknown and value of each node that is a state, that is none, and that a linkage determines.
     search : Targets or None
         What was searched for.
     residual : float or None
@@ -103,9 +103,10 @@ class StartSearch:
         for unknown, value in self.starts.items():
             node = self.reduced.node(unknown)
             if node in self.position:
-                self.x[self.position[node]] = self._sign(unknown, value)
+                self.x[self.position[node]] = self.signed(unknown, value)
 
-    def _sign(self, unknown: int, value: float) -> float:
+    def signed(self, unknown: int, value: float) -> float:
+        """Value of the node of an unknown."""
         return value * float(self.reduced.aliases.signs[unknown])
 
     def solve(self) -> np.ndarray:
@@ -116,7 +117,7 @@ class StartSearch:
         StartError
             If what is demanded cannot hold.
         """
-        self._sort()
+        self.sort()
         self.search: Targets | None = None
         self.residual: float | None = None
         for node, (_, value) in self.fixed.items():
@@ -155,12 +156,19 @@ class StartSearch:
         if missed:
             raise self._disagreement(missed)
 
-    def _sort(self) -> None:
-        """Which given values are those of states, and which must be searched for."""
+    def sort(self) -> None:
+        """Which given values are those of states, which must be searched for, which are guesses.
+
+        Raises
+        ------
+        StartError
+            If two of them contradict each other.
+        """
         self.fixed: dict[int, tuple[int, float]] = {}
         self.targets: dict[int, tuple[int, float]] = {}
+        self.guessed: dict[int, tuple[int, float]] = {}
         for unknown, raw in self.given.items():
-            node, value = self.reduced.node(unknown), self._sign(unknown, raw)
+            node, value = self.reduced.node(unknown), self.signed(unknown, raw)
             if node is None:
                 if raw != 0.0:
                     raise StartError(
@@ -168,9 +176,9 @@ class StartSearch:
                         "Remove the start value."
                     )
                 continue
-            if self._is_assembly(node):
-                continue
             store = self.fixed if node in self.position else self.targets
+            if self._is_assembly(node):
+                store = self.guessed
             if node in store and not np.isclose(store[node][1], value, rtol=1e-12, atol=0):
                 raise StartError(
                     f"Start values contradict each other: {self._text(store[node][0])} and "
@@ -372,7 +380,7 @@ class StartSearch:
             for unknown, value in values.items():
                 node = self.reduced.node(unknown)
                 if node in implicit:
-                    guesses[implicit[node]] = self._sign(unknown, value)
+                    guesses[implicit[node]] = self.signed(unknown, value)
         return guesses
 
     def _text(self, unknown: int) -> str:

@@ -9,7 +9,7 @@ from test_fmu_derivatives import MODELS
 
 import lumped as lp
 from lumped.components import Filter, Ramp, translation
-from lumped.points.start import start_slopes
+from lumped.points.start_slopes import start_slopes
 from lumped.points.start_values import read_start_values
 
 STARTS = {**MODELS, "limited": (LIMITED, [], ["limiter.y"])}

@@ -9,7 +9,7 @@ from rows import in_rows
 import lumped as lp
 from lumped.components import Fixed, Inertia, SpringDamper
 from lumped.models.reversing_mill import scenes as mill
-from lumped.points.start import start_slopes
+from lumped.points.start_slopes import start_slopes
 
 
 def pulled():

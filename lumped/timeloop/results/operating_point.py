@@ -185,7 +185,8 @@ class OperatingPoint(Named):
         How far the worst of the initial equations and given values that are no states is missed at
         a start, relative to what is wanted if that is above one; None where there are none.
     lost : tuple of str
-        Given start values and initial equations that an equilibrium does not keep, in words.
+        Given start values and initial equations that an equilibrium does not keep, in words; of a
+        start, declared values, and those of closed linkages that only choose the assembly.
     again : callable or None
         Makes the same point of the system with the states that were left out; None where there are
         none, or nobody knows them.
@@ -260,7 +261,6 @@ class OperatingPoint(Named):
         if self.residual is not None:
             head += f"; what was demanded is met to {self.residual:.1e}"
         if self.lost:
-            head += (
-                f"\nnot kept, as no equilibrium near the start does: {', '.join(self.lost[:12])}"
-            )
+            why = "" if self.search is None else ", as no equilibrium near the start does"
+            head += f"\nnot kept{why}: {', '.join(self.lost[:12])}"
         return f"{head}\n" + table(("state", "value", "unit"), rows)
