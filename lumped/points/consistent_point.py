@@ -61,6 +61,8 @@ def consistent_point(
     guess = declared | held
     tied = ConsistentStart(system, theta, time, modes, guess, set(held))
     lost: tuple[str, ...] = ()
+    values: dict[int, float] = {}
+    turned = False
     if found is not None:
         values = _tied_values(system, found)
         lost = _list_lost(system, guess, values)
@@ -73,11 +75,18 @@ def consistent_point(
             return None
     try:
         every = tied.find()
+    except StartError:
+        if found is None or tied.is_unfit(values):
+            raise
+        return replace(found, lost=lost)
+    try:
         pairs = tied.lead(every) if tied.is_unfit(every) else []
     except StartError:
         if found is None:
             raise
         return replace(found, lost=lost)
+    if found is not None and not (lost or turned or pairs):
+        return None
     led = system.exchange_states(pairs) if pairs else system
     now = {**guess, **every}
     x = np.array([now.get(node, 0.0) for node in led.structure.states])

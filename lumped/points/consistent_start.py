@@ -223,7 +223,8 @@ class ConsistentStart:
     ) -> tuple[list[int], np.ndarray, np.ndarray, np.ndarray]:
         """Highest tied node of each motion, derivatives by them, which follow, which must lead."""
         reduced = self.system.structure.reduced
-        z = np.array([values.get(node, np.nan) for node in self.nodes])
+        own = zip(self.nodes, self.begin.tolist(), strict=True)
+        z = np.array([values.get(node, begin) for node, begin in own])
         place = {node: i for i, node in enumerate(self.nodes)}
         classes = sorted({reduced.class_and_order(node)[0] for node in self.nodes})
         tops = [int(reduced.first[c] + reduced.highest[c]) - 1 for c in classes]
