@@ -301,6 +301,12 @@ def _fault(made: NativeRuns, values: np.ndarray, status: int) -> str:
     changes = dict(zip(system.parameters, theta.tolist(), strict=True))
     try:
         point = run_start(system, plan._replace(parameters=changes))
+        if point.system is not system:
+            led = ", ".join(point.system.state_names[:6])
+            return (
+                f"{system.name}: runs of an ensemble keep the states of the system, but this one "
+                f"starts led by {led}. Declare these with state='prefer'."
+            )
         run_on(point, plan, Recorder(point, plan.until, np.array([plan.until]), False))
     except LumpedError as error:
         return str(error)

@@ -40,9 +40,12 @@ def start_point(
     Start values given to instances (``Inertia(J=1, w=100)``), those in `start`, and the
     ``initial_equations`` of components hold exactly. States that they do not determine take their
     declared defaults; where a given quantity is not itself a state, the least wanted states follow
-    from it. For a motion that a closed linkage determines, the start value is where the search
-    begins, and so chooses the assembly. Where bodies collide at once, the start values are those
-    before the impact, and the states those after it.
+    from it. Stated defaults of other quantities win over states without one; ``point.lost`` names
+    those that do not hold. Of a motion that a closed linkage determines, a start value holds too,
+    unless others leave nothing free: then it chooses the assembly, and is in ``point.lost``. Where
+    states lead nothing at the start, as at a dead centre, others lead (``point.system``). Where
+    bodies collide at once, the start values are those before the impact, and the states those after
+    it.
 
     Newton's method starts from the defaults. If it fails, the wanted values are approached step by
     step from those that the quantities have there. What is demanded holds in the positions that

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from elastic_crank import END, ElasticCrank
 from scipy.integrate import solve_ivp
 
 import lumped as lp
 from lumped.components import Bar
 from lumped.components import translation as tr
-from lumped.errors import StartError
+from lumped.errors import SolverError, StartError
 from lumped.ops import sin, sqrt
 
 RTOL = 1e-8
@@ -24,20 +25,21 @@ class CarAxis(lp.Component):
     vl: lp.Var = lp.var("1", "", 0.0)
     ur: lp.Var = lp.var("1", "", -0.5)
     vr: lp.Var = lp.var("1", "", 0.0)
+    weight: lp.Param = lp.param("1", "", 1.0)
     l1: lp.Var = lp.var("1", "")
     l2: lp.Var = lp.var("1", "")
 
     def equations(self):
         yb = 0.1 * sin(10.0 * lp.time)
-        xb, k = sqrt(1.0 - yb**2), 10.0 * 1e-4 / 2
+        xb, k, g = sqrt(1.0 - yb**2), 10.0 * 1e-4 / 2, self.weight
         xl, yl, xr, yr, l1, l2 = self.xl, self.yl, self.xr, self.yr, self.l1, self.l2
         left, right = sqrt(xl**2 + yl**2), sqrt((xr - xb) ** 2 + (yr - yb) ** 2)
         for position, speed in ((xl, self.ul), (yl, self.vl), (xr, self.ur), (yr, self.vr)):
             yield lp.der(position) == speed
         yield k * lp.der(self.ul) == (0.5 - left) * xl / left + l1 * xb + 2 * l2 * (xl - xr)
-        yield k * lp.der(self.vl) == (0.5 - left) * yl / left + l1 * yb + 2 * l2 * (yl - yr) - k
+        yield k * lp.der(self.vl) == (0.5 - left) * yl / left + l1 * yb + 2 * l2 * (yl - yr) - k * g
         yield k * lp.der(self.ur) == (0.5 - right) * (xr - xb) / right - 2 * l2 * (xl - xr)
-        yield k * lp.der(self.vr) == (0.5 - right) * (yr - yb) / right - 2 * l2 * (yl - yr) - k
+        yield k * lp.der(self.vr) == (0.5 - right) * (yr - yb) / right - 2 * l2 * (yl - yr) - k * g
         yield xb * xl + yb * yl == 0
         yield (xl - xr) ** 2 + (yl - yr) ** 2 == 1.0
 
@@ -53,20 +55,45 @@ CAR = {
 
 @pytest.mark.parametrize("given", [(), ("yl", "vl", "yr", "vr"), ("xl", "xr", "ul", "ur")])
 def test_the_car_axis_runs_from_its_published_start(given):
-    values = {
-        "xl": 0.0,
-        "yl": 0.5,
-        "xr": 1.0,
-        "yr": 0.5,
-        "ul": -0.5,
-        "vl": 0.0,
-        "ur": -0.5,
-        "vr": 0.0,
-    }
+    values = {"xl": 0.0, "yl": 0.5, "xr": 1.0, "yr": 0.5}
+    values |= {"ul": -0.5, "vl": 0.0, "ur": -0.5, "vr": 0.0}
     system = lp.assemble(CarAxis(**{name: values[name] for name in given}))
     run = lp.simulate(system, until=3.0, rtol=RTOL, grid=[3.0])
     for name, expected in CAR.items():
         assert run[name][-1] == pytest.approx(expected, rel=100 * RTOL)
+
+
+def test_the_elastic_crank_runs_from_its_published_start():
+    system = lp.assemble(ElasticCrank())
+    run = lp.simulate(system, until=0.1, rtol=RTOL, grid=[0.1])
+    for name, expected in END.items():  # the reference itself is good to 3e-8
+        assert run[name][-1] == pytest.approx(expected, rel=10 * RTOL)
+
+
+def test_the_gradient_of_a_run_led_by_other_states_is_that_of_differences():
+    system, of = lp.assemble(CarAxis()), [lp.functionals.final("xr")]
+    found = lp.gradient(system, of=of, by=["weight"], until=0.5, rtol=RTOL).derivatives[0, 0]
+    ends = [
+        lp.simulate(system, until=0.5, parameters={"weight": w}, rtol=1e-11, grid=[0.5])["xr"][-1]
+        for w in (1 - 1e-4, 1 + 1e-4)
+    ]
+    assert found == pytest.approx((ends[1] - ends[0]) / 2e-4, rel=1e-5)
+
+
+def test_a_run_from_the_point_that_was_found_is_the_same():
+    system = lp.assemble(CarAxis())
+    begins = lp.start_point(system), None
+    ends = [
+        lp.simulate(system, until=0.1, start=start, rtol=RTOL, grid=[0.1])["yl"][-1]
+        for start in begins
+    ]
+    assert ends[0] == ends[1]
+
+
+def test_an_ensemble_refuses_a_start_that_other_states_lead():
+    of = [lp.functionals.final("yl")]
+    with pytest.raises(SolverError, match="led by yl, yr"):
+        lp.ensemble(lp.assemble(CarAxis()), over={"weight": [1.0, 1.1]}, of=of, until=0.1)
 
 
 class Point(lp.Component):
