@@ -64,7 +64,7 @@ def consistent_point(
     values: dict[int, float] = {}
     turned = False
     if found is not None:
-        values = _tied_values(system, found)
+        values = tied_values(system, found)
         lost = _list_lost(system, guess, values)
         turned = any(
             abs(values[n] - guess.get(n, 0.0)) > np.pi
@@ -132,7 +132,8 @@ def _known_nodes(system: System) -> tuple[list[int], ArrayFunction]:
     return nodes, ArrayFunction(ca.Function("tied", system.inputs, [values]))
 
 
-def _tied_values(system: System, point: OperatingPoint) -> dict[int, float]:
+def tied_values(system: System, point: OperatingPoint) -> dict[int, float]:
+    """Values of tied nodes that follow from the states in use."""
     nodes, function = _known_nodes(system)
     return dict(zip(nodes, function(*point.inputs)[0].tolist(), strict=True))
 

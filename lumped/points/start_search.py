@@ -70,6 +70,8 @@ class StartSearch:
         Those of them that were set.
     fixed, targets, guessed : dict of int to (int, float)
         Unknown and value of each node that is a state, that is none, and that a linkage determines.
+    followed : dict of int to (int, float)
+        The same of values that hold besides, at a point that was found before.
     search : Targets or None
         What was searched for.
     residual : float or None
@@ -98,6 +100,7 @@ class StartSearch:
             why = beyond(number)
             if why is not None:
                 raise StartError(f"{self._text(unknown)}: a start value {why}.")
+        self.followed: dict[int, tuple[int, float]] = {}
         self.guesses = self._first_guesses()
         self.x = np.zeros(len(self.reduced.states))
         for unknown, value in self.starts.items():
@@ -185,6 +188,9 @@ class StartSearch:
                     f"{self._text(unknown)}, but both are the same motion. Give only one of them."
                 )
             store[node] = (unknown, value)
+        for node, held in self.followed.items():
+            store = self.fixed if node in self.position else self.targets
+            store.setdefault(node, held)
         for node in self._resting:
             rate = node + 1
             if not {rate} & (self.fixed.keys() | self.targets.keys() | self.position.keys()):
@@ -388,7 +394,7 @@ class StartSearch:
         if unknown < 0:
             return f"{tree.unknown_name(~unknown)} at rest (together=True)"
         unit = tree.quantity(unknown).unit
-        return f"{tree.unknown_name(unknown)} = {amount(self.given[unknown], unit)}"
+        return f"{tree.unknown_name(unknown)} = {amount((self.starts | self.given)[unknown], unit)}"
 
 
 def _between(begin: _Trial, end: _Trial, share: float) -> _Trial:

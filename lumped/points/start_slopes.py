@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.errors import StartError
-from lumped.points.consistent_point import is_doubtful
+from lumped.points.consistent_point import is_doubtful, tied_values
 from lumped.points.direct_start import direct_slopes, direct_start
 from lumped.points.start import by_name, find_start, start_by_states
 from lumped.points.start_search import StartSearch
@@ -51,38 +52,71 @@ def start_slopes(
         for unknown, unit in varied.items():
             slopes[place[reduced.node(unknown)]] = reduced.aliases.signs[unknown] * unit
         return start.x, slopes
-    _refuse_led(system, theta, start, time)
     changed = read_start_values(system, by_name(start))
     form, values = direct_start(system, tuple(changed)), list(changed.values())
     direct = direct_slopes(system, tuple(changed), tuple(varied))
     found = None if form is None else form.states(theta, time, values)
-    if found is not None and direct is not None:
+    if found is not None and direct is not None and not _may_be_led(system):
         directions = np.vstack([seed, *varied.values()])
         return found[0], direct.along(theta, time, values, directions)
-    begin = StartSearch(system, theta, by_name(start), [], time)
-    x = begin.solve()
+    begin = _search(system, theta, by_name(start), time)
+    x = begin.x
     return x[used], begin.slopes(x, seed, varied)[used]
 
 
-def _refuse_led(
-    system: System, theta: np.ndarray, start: Changes | OperatingPoint | None, time: float
-) -> None:
-    """Refuse a start that was found in all tied quantities; its slopes are not known."""
-    if not is_doubtful(system) or system.structure.flat.initial:
-        return
-    parameters = dict(zip(system.parameters, theta.tolist(), strict=True))
-    led = find_start(system, parameters, by_name(start), (), time)
-    own = (
-        start_by_states(system, parameters, by_name(start), (), time)
-        if led.system is system
-        else led
-    )
-    if led.system is not system or not np.array_equal(led.x, own.x):
+def _search(system: System, theta: np.ndarray, start: Changes, time: float) -> StartSearch:
+    """The search for the start, after it was made; from the point that was found in all ties.
+
+    Raises
+    ------
+    StartError
+        If other quantities than the states of the system lead there, or what moved to meet the
+        start values is not determined by them.
+    """
+    search, used = StartSearch(system, theta, start, [], time), system.structure.in_use
+    made = system, dict(zip(system.parameters, theta.tolist(), strict=True)), start, (), time
+    point = find_start(*made) if _may_be_led(system) else None
+    if point is not None:
+        point = point.before or point
+        led = point.system is not system
+        if not led and (own := _own(*made)) is not None:
+            point = None if np.array_equal(point.x, (own.before or own).x) else point
+    if point is None:
+        search.solve()
+        return search
+    begin, missing = search.x.copy(), set[int]()
+    if not led:
+        values = tied_values(system, point)
+        for unknown, raw in (search.starts | search.given).items():
+            node, value = search.reduced.node(unknown), search.signed(unknown, raw)
+            if node in values and abs(values[node] - value) <= 1e-9 * max(1.0, abs(value)):
+                search.followed[node] = unknown, value
+        search.x[used] = point.x
+        search.guesses = point.settings[len(point.settings) - len(search.guesses) :]
+        found = search.solve()
+        fixed = {search.position[node] for node in search.fixed}
+        found_by = set(search.search.regular(found)[1]) if search.search else set[int]()
+        missing = set(np.flatnonzero(np.abs(found - begin) > 1e-9).tolist()) - fixed - found_by
+        led = not np.allclose(found[used], point.x, rtol=1e-7, atol=1e-9)
+    if led or missing:
         raise StartError(
-            f"{system.name}: how this start follows from parameters is not known, as it is led by "
-            f"other quantities than the states {', '.join(system.state_names[:6])}. Give start "
-            "values of these, or keep the start as it is: start=lp.start_point(system)."
+            f"{system.name}: how this start follows from parameters is not known, as start values "
+            f"of other quantities than the states {', '.join(system.state_names[:6])} lead to it. "
+            "Give start values of these, or keep the start as it is: start=lp.start_point(system)."
         )
+    return search
+
+
+def _may_be_led(system: System) -> bool:
+    return is_doubtful(system) and not system.structure.flat.initial
+
+
+def _own(*made: Any) -> OperatingPoint | None:
+    """The start as the states lead to it, if they do."""
+    try:
+        return start_by_states(*made)
+    except StartError:
+        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,9 +154,8 @@ def fix_start(point: OperatingPoint) -> StartForm:
 
 def start_form(system: System, start: Changes) -> StartForm:
     """How the states at the time zero follow from the parameters; some start values are set."""
-    _refuse_led(system, system.theta(None), start, 0.0)
-    begin = StartSearch(system, system.theta(None), start, [], 0.0)
-    x, flat, reduced = begin.solve(), system.structure.flat, begin.reduced
+    begin = _search(system, system.theta(None), start, 0.0)
+    x, flat, reduced = begin.x, system.structure.flat, begin.reduced
 
     def read_signed(unknown: int) -> ca.SX:
         given = begin.given if unknown in begin.changed else {**flat.starts, **flat.given}
