@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from elastic_crank import END, ElasticCrank
+from linkages import four_bar, rocker_angle
 from scipy.integrate import solve_ivp
 
 import lumped as lp
@@ -281,3 +282,13 @@ def test_a_linkage_closes_within_half_a_turn_of_its_guesses(angle):
     ends = [i + np.exp(1j * found[f"u{i}"]) for i in range(3)]
     for i in (0, 1):
         assert ends[i + 1] - ends[i] == pytest.approx(np.exp(1j * found[f"o{i}"]), abs=1e-9)
+
+
+@pytest.mark.parametrize("crank", [0.3, 1.0, 1.8, 2.6])
+def test_a_given_angle_of_the_rocker_holds_and_the_crank_follows(crank):
+    rocker = rocker_angle(crank)
+    point = lp.start_point(lp.assemble(four_bar()), start={"rocker.phi": rocker})
+    assert point["rocker.phi"] == pytest.approx(rocker, abs=1e-9)
+    found = rocker_angle(point["crank.phi"]) - rocker
+    assert np.exp(1j * found) == pytest.approx(1.0, abs=1e-9)  # whole turns are none
+    assert not any("rocker" in text for text in point.lost)
