@@ -20,7 +20,13 @@ from lumped.language.expression import Expr
 from lumped.language.formula import Formula
 from lumped.reduction.evaluation import Values
 from lumped.reduction.locked_loops import find_locked_loops
-from lumped.reduction.pruning import LeftOut, find_needed_states, find_used_states, independent_of
+from lumped.reduction.pruning import (
+    LeftOut,
+    find_needed_states,
+    find_used_states,
+    independent_of,
+    uses,
+)
 from lumped.reduction.reduce import reduce
 from lumped.support.made_once import Shared, made_once
 
@@ -38,7 +44,7 @@ class Recipe(NamedTuple):
         Those at whose kinks runs stop.
     outputs, kept : list of str
         Names of what was asked for; outputs may be None, for all.
-    ranks, foresee
+    ranks, foresee, redundant
         As in `Structure`.
     """
 
@@ -50,11 +56,13 @@ class Recipe(NamedTuple):
     kept: list[str]
     ranks: Mapping[int, int]
     foresee: bool
+    redundant: bool
 
     def make(self) -> Structure:
         """The structure."""
         flat = watching(flatten(self.model, self.motions, self.freed), self.watched)
-        return Structure(flat, self.outputs, self.kept, self.ranks, foresee=self.foresee)
+        options = {"foresee": self.foresee, "redundant": self.redundant}
+        return Structure(flat, self.outputs, self.kept, self.ranks, **options)
 
 
 class Structure(Shared):
@@ -78,6 +86,10 @@ class Structure(Shared):
         Nodes wanted as states, or not, beside what the model says.
     foresee : bool
         Runs know the instants of all functions of time before.
+    redundant : bool
+        All coordinates that varying constraints tie are states.
+    invariants : SX
+        What is left of the constraints that hold if they hold at the start, by all states.
     states : list of int
         Nodes of the states in use.
     in_use : list of int
@@ -106,12 +118,13 @@ class Structure(Shared):
         ranks: Mapping[int, int] | None = None,
         *,
         foresee: bool = True,
+        redundant: bool = False,
     ) -> None:
         super().__init__()
         self.flat, self.tree = flat, flat.tree
-        self.ranks, self.foresee = dict(ranks or {}), foresee
+        self.ranks, self.foresee, self.redundant = dict(ranks or {}), foresee, redundant
         begin = clock.perf_counter()
-        self.reduced = reduce(flat, ranks)
+        self.reduced = reduce(flat, ranks, redundant=redundant)
         locked = find_locked_loops(self.reduced)
         middle = clock.perf_counter()
         self.values = Values(self.reduced)
@@ -135,7 +148,8 @@ class Structure(Shared):
         name, flat = self.tree.unknown_name, self.flat
         outputs = None if self.outputs is None else [name(u) for u in self.outputs]
         of_flat = self.tree.model, flat.motions, self.tree.freed, tuple(flat.watched)
-        return Recipe(*of_flat, outputs, [name(u) for u in self.kept], self.ranks, self.foresee)
+        kept = [name(u) for u in self.kept]
+        return Recipe(*of_flat, outputs, kept, self.ranks, self.foresee, self.redundant)
 
     def with_changes(
         self,
@@ -144,12 +158,16 @@ class Structure(Shared):
         keep: Iterable[Name] = (),
         ranks: Mapping[int, int] | None = None,
         foresee: bool | None = None,
+        redundant: bool | None = None,
     ) -> Structure:
         """The same but for other equations, more kept, other states, or without foresight."""
         flat, kept = flat or self.flat, [*self.recipe.kept, *keep]
         ranks = self.ranks if ranks is None else ranks
-        foresee = self.foresee if foresee is None else foresee
-        return Structure(flat, self.recipe.outputs, kept, ranks, foresee=foresee)
+        options = {
+            "foresee": self.foresee if foresee is None else foresee,
+            "redundant": self.redundant if redundant is None else redundant,
+        }
+        return Structure(flat, self.recipe.outputs, kept, ranks, **options)
 
     @property
     def parameters(self) -> Parameters:
@@ -182,6 +200,11 @@ class Structure(Shared):
         inner = self.node_name(node - order)
         return "der(" * order + inner + ")" * order
 
+    def is_angle(self, node: int) -> bool:
+        """Whether a node is an angle, by its unit."""
+        member = self.members.get(node)
+        return member is not None and self.tree.quantity(member).unit == "rad"
+
     def _positions(self) -> set[int]:
         """Places, among all states, of positions of flanges."""
         port = np.array([q.kind == "potential" for q in self.tree.quantities], dtype=bool)
@@ -193,7 +216,17 @@ class Structure(Shared):
         outputs = None if self.outputs is None else self.raw(self.outputs)
         implicit = self.values.of(self.values.implicit)
         always = ca.vertcat(self.raw(self.kept), implicit, self.switching.collect_needed())
-        return find_needed_states(self.values, self.positions, outputs, always)
+        found = find_needed_states(self.values, self.positions, outputs, always)
+        invariants = self.values.residuals(self.reduced.invariants)
+        used = uses(invariants, self.values)
+        while True:
+            # a constraint holds if all states in it are integrated
+            touched = np.flatnonzero(used[:, found].sum(axis=1))
+            self.invariants = invariants[touched.tolist()]
+            if set(used[touched].indices.tolist()) <= set(found):
+                return found
+            always = ca.vertcat(always, self.invariants)
+            found = find_needed_states(self.values, self.positions, outputs, always)
 
     def raw(self, numbers: list[int]) -> ca.SX:
         """Unknowns as expressions of all states, left out or not."""

@@ -21,7 +21,6 @@ from lumped.language.component import Component
 from lumped.language.formula import Formula, unit_of
 from lumped.language.quantity import Quantity
 from lumped.reduction.pruning import independent_of, samples, uses
-from lumped.reduction.state_selection import RANK
 from lumped.support.made_once import Recent, Shared, made_once
 from lumped.support.process_lock import process_lock
 from lumped.support.rich_html import RichHtml
@@ -55,6 +54,10 @@ class System(Shared, RichHtml):
         What is not computed, and why.
     seconds : dict of str to float
         Time that each stage of assembling took.
+    bound : System
+        The same led by states, of redundant coordinates; itself otherwise.
+    by_ranks : dict
+        The same led by other states (see `lumped.compiler.leads`).
     """
 
     def __init__(self, structure: Structure) -> None:
@@ -66,8 +69,9 @@ class System(Shared, RichHtml):
         self.left_out = self.structure.left_out
         self.seconds = dict(self.structure.seconds)
         self._functions: Recent[ca.Function] = Recent(_FUNCTIONS)
-        self._by_ranks: dict[object, System] = {}
+        self.by_ranks: dict[object, System] = {}
         self._watching: Recent[System] = Recent(_WATCHING)
+        self.bound = self
 
     # -- copies ------------------------------------------------------------------------------
 
@@ -294,29 +298,6 @@ class System(Shared, RichHtml):
         """The same system with the states that were left out; itself if none."""
         lost = self.structure.lost_states
         return System(self.structure.with_changes(keep=lost)) if lost else self
-
-    def exchange_state(self, follower: int, leader: int) -> System:
-        """The same system with the motion of one node as state instead of that of another.
-
-        Positions and speeds change places together.
-        """
-        return self.exchange_states([(follower, leader)])
-
-    def exchange_states(self, pairs: Iterable[tuple[int, int]]) -> System:
-        """The same for several pairs of a follower and its leader at once."""
-        structure, reduced = self.structure, self.structure.reduced
-        ranks, wanted = dict(structure.ranks), (RANK["always"], RANK["never"])
-        for node, rank in (turn for pair in pairs for turn in zip(pair, wanted, strict=True)):
-            number, _ = reduced.class_and_order(node)
-            first, highest = int(reduced.first[number]), int(reduced.highest[number])
-            ranks.update(dict.fromkeys(range(first, first + highest), rank))
-        own, key = (tuple(sorted(r.items())) for r in (structure.ranks, ranks))
-        with process_lock:
-            self._by_ranks[own] = self
-            if key not in self._by_ranks:
-                self._by_ranks[key] = other = System(structure.with_changes(ranks=ranks))
-                other._by_ranks = self._by_ranks
-            return self._by_ranks[key]
 
     def has_equations_of(self, other: System) -> bool:
         """Whether this is the other system, or the same led by other states or with more kinks."""

@@ -30,9 +30,10 @@ from lumped.kernel.run import Pattern
 from lumped.kernel.steps import is_unfit
 from lumped.many_runs.watched import Watched
 from lumped.timeloop.clocks import clocks
-from lumped.timeloop.guards import followers, levers
+from lumped.timeloop.guards import followers
+from lumped.timeloop.levers import MOST_LEVERAGE, levers
+from lumped.timeloop.nominal_sizes import nominals
 from lumped.timeloop.plants.parts import find_enclosed_sizes, parts_of, select_enclosed
-from lumped.timeloop.run import nominals
 
 _ENTRIES: dict[str, Any] = {
     "kernel_loop": loop,
@@ -50,7 +51,7 @@ _ENTRIES: dict[str, Any] = {
 }
 """What of the time loop the interface and the functions of a model call."""
 
-_LIMITS = ("MOST_LEVERAGE", "MOST_JUMP", "STORM_WITHIN")
+_LIMITS = ("MOST_JUMP", "STORM_WITHIN")
 """Limits of the loop that words of faults name."""
 _STATUS = (
     *("GOES_ON", "DONE", "FULL", "UNFIT", "NOT_FINITE", "GIVEN_UP", "TOO_MANY", "STORM"),
@@ -81,7 +82,7 @@ def model_files(
         Further functions that the interface calls.
     """
     system = interface.system
-    functions, lengths, fields = parts_of(system)
+    functions, lengths, fields = parts_of(system, MOST_LEVERAGE)
     lengths = {**lengths, "nonzeros": 0, "entries": 0}
     values: dict[str, dict[str, int | np.ndarray]] = {"plant": fields}
     if method != "explicit" and lengths["states"]:
@@ -206,7 +207,7 @@ def _sizes(interface: Interface, timed: int) -> dict[str, int]:
         "N_TARGETS": form.miss.numel(),
         "N_SOLVED": len(form.rows),
         "N_FOLLOWERS": len(followers(system)[0]) if s.timed else 0,
-        "N_LEVERS": len(levers(system)[0]),
+        "N_LEVERS": len(levers(system, MOST_LEVERAGE)[0]),
         "HAS_SWITCHING": int(bool(s)),
     }
 
@@ -218,7 +219,7 @@ def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
     name = system.structure.node_name
     leads = [
         f"{name(follower)} should lead instead of {name(leader)}"
-        for follower, leader in levers(system)[0]
+        for follower, leader in levers(system, MOST_LEVERAGE)[0]
     ]
     implicit = ", ".join(name(n) for n in system.structure.implicit[:6])
     sides = [c.relation.sides for c in s.conditions]

@@ -23,7 +23,7 @@ from lumped.exchange.platforms import libraries, platforms_of
 from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.clocks import Clock
-from lumped.timeloop.guards import may_be_unfit
+from lumped.timeloop.levers import may_be_unfit
 
 _SOURCES = (
     *("access.c", "clocks.c", "derivatives.c", "events.c", "faults.c", "saved.c", "start.c"),

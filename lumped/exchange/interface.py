@@ -17,9 +17,9 @@ from lumped.language.quantity import Bound
 from lumped.points.start import start_point
 from lumped.points.start_slopes import StartForm, fix_start, start_form
 from lumped.timeloop.clocks import Clock, clocks
+from lumped.timeloop.nominal_sizes import nominals
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
-from lumped.timeloop.run import nominals
 from lumped.vibration.responses.amplitudes import needing_rates
 
 

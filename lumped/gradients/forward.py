@@ -16,10 +16,10 @@ from lumped.gradients.steps import Steps
 from lumped.kernel import engine
 from lumped.kernel.run import DONE, FULL, RESTART
 from lumped.support.made_once import Shared, made_once
+from lumped.timeloop.nominal_sizes import nominals
 from lumped.timeloop.plants.executable import Executable, smooth_executable, span
 from lumped.timeloop.plants.kept_run import KeptRun
 from lumped.timeloop.results.trajectory import Piece, Trajectory
-from lumped.timeloop.run import nominals
 
 AGREE = 1e-6
 """Relative difference up to which derivatives to both sides are the same."""

@@ -22,10 +22,10 @@ from lumped.kernel.run import GIVEN_UP, Run
 from lumped.kernel.watch import Watch
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
+from lumped.timeloop.nominal_sizes import nominals
 from lumped.timeloop.plants.executable import Executable, smooth_executable
 from lumped.timeloop.plants.many_points import CountedFunction, ManyPoints
 from lumped.timeloop.programs import refuse_programs
-from lumped.timeloop.run import nominals
 
 FRACTIONS = tuple(i / LOOKS for i in range(1, LOOKS + 1))
 """Of each step, at which it is looked into."""

@@ -6,7 +6,8 @@ after the other. Settings are the positions of conditions and holds, then implic
 One function takes the ends of ranges in place of the states and the time: the least values of all
 states, the greatest, and both times. `margin_floor` gives lower bounds of the margins in between.
 `forcing` gives what of the rates follows the time alone, `forcing_range` lower and upper bounds of
-that between two times, which take the place of the states.
+that between two times, which take the place of the states. `projection` gives the change of the
+states that meets their invariants, and how independent these are.
 
 A hold is a constraint that sticks, or slides forward or backward, or is free; its settings are
 those of `lumped.flattening.hold_modes`. A condition has one, or those of a piece of a table: its
@@ -67,6 +68,7 @@ class Plant(Record):
     parameters: int
     prepared: int
     forcings: int
+    invariants: int
 
     # functions; the first gives what others need of parameters alone, which follows these
     prepare: Function
@@ -80,6 +82,7 @@ class Plant(Record):
     closure: Function
     leverage: Function
     following: Function
+    projection: Function
 
     # conditions: the first setting of each, whether it is strict, and its table of pieces, if any
     condition_setting: Integers
@@ -102,6 +105,13 @@ class Plant(Record):
     speed_state: Integers
     is_impulsive: Integers
     is_pressed: Integers
+
+    # which states have rates that are no unknowns of the equations of motion
+    is_moved: Integers
+
+    # states of the same unit that share an invariant with each, from `first_companion[i]` on
+    first_companion: Integers
+    companion: Integers
 
     # which states the speeds of holds depend on
     use_hold: Integers

@@ -25,10 +25,6 @@ STORM_SIZE = 200
 STORM_WITHIN = 1e-9
 """Distance of changes, relative to the size of all times, below which they make a storm."""
 
-MOST_LEVERAGE = 1e3
-"""Ratio of a dependent motion to the state that leads it, relative to the usual ratio, above which
-the state is unfit."""
-
 MOST_JUMP = 1e-9
 """Jump of a prescribed motion, relative and absolute, that is rounding."""
 
@@ -166,9 +162,17 @@ class Run(Record):
     # options
     p: Annotated[Numbers, "parameters + prepared"]
     atol: Annotated[Numbers, "states"]
+    least_atol: Annotated[Numbers, "states"]
+    projected: Annotated[Numbers, "states"]
+    change: Annotated[Numbers, "states + 1"]
+    independence: float
+    reach: float
+    along: Annotated[Numbers, "states"]
+    aside: Annotated[Numbers, "states"]
     rtol: float
     chooses_method: int
     max_steps: int
+    lenience: float
 
     # times: size of all, delay that counts as at once, shortest bounce, longest step
     span: float

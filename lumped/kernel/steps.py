@@ -25,7 +25,6 @@ from lumped.kernel.run import (
     GIVEN_UP,
     GOES_ON,
     LEAVE_SEGMENT,
-    MOST_LEVERAGE,
     NEEDS_MATRIX,
     NOT_FINITE,
     STEPPING,
@@ -58,7 +57,7 @@ def is_unfit(run: Run) -> bool:
         return False
     evaluate(run.plant.leverage, run, run.x, run.t, run.m, run.ratio)
     for i in range(count):
-        if not abs(run.ratio[i]) <= MOST_LEVERAGE:
+        if not abs(run.ratio[i]) <= 1.0 + run.lenience:
             return True
     return False
 

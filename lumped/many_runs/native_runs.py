@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import pickle
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,7 +20,7 @@ from lumped.many_runs.run_records import RunRecords
 from lumped.points.start import run_start
 from lumped.support.optional_packages import extra
 from lumped.support.process_lock import process_lock
-from lumped.timeloop.leading_states import exchange_lead
+from lumped.timeloop.leading_states import free_states
 from lumped.timeloop.programs import Answers
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
@@ -73,7 +72,7 @@ class NativeRuns(RunRecords):
         super().__init__(system, names, theta, of, options)
         self._idle: list[_Worker] = []
         self._workers: list[_Worker] = []
-        self._led: dict[System, RunRecords] = {}
+        self._free: dict[System, RunRecords] = {}
         self.is_stopped = False
 
     def run(self, values: np.ndarray) -> Batch:
@@ -94,12 +93,12 @@ class NativeRuns(RunRecords):
         return batch
 
     def find_records(self, system: System) -> RunRecords:
-        """Records for runs in which other states lead."""
+        """Records for runs in redundant coordinates."""
         with process_lock:
-            if system not in self._led:
+            if system not in self._free:
                 of = self.watched.of
-                self._led[system] = AloneRecords(system, self.names, self.theta, of, self.options)
-            return self._led[system]
+                self._free[system] = AloneRecords(system, self.names, self.theta, of, self.options)
+            return self._free[system]
 
     def __reduce__(self) -> tuple[Callable[..., NativeRuns], tuple[bytes]]:
         cloudpickle = extra("cloudpickle", "cluster", "An ensemble on a cluster")
@@ -131,12 +130,12 @@ class _Worker:
             slot.queue = self._queue
         if runs.has_lanes:
             self._lanes = runs.new_lanes(self._slots)
-        self._others, self._answers = _OtherLeads(runs.find_records), Answers()
+        self._free, self._answers = _FreeRuns(runs.find_records), Answers()
 
     def stop(self) -> None:
         """Let the loop return at its next step."""
         place = Run.fields["pause"].place
-        for slot in (*self._slots, *self._others.slots):
+        for slot in (*self._slots, *self._free.slots):
             slot.run.memory_at_first[place] = slot.run.memory[place] = 0
         if self._lanes is not None:
             self._lanes.is_stopped = 1
@@ -187,7 +186,7 @@ class _Worker:
             if why == NEEDS_MATRIX:
                 self._runs.add_matrix(slot.run)
             elif why == UNFIT:
-                self._others.finish(self._runs.system, slot, self._answers)
+                self._free.finish(self._runs.system, slot, self._answers)
                 slot.is_begun = 0
             elif why == ASKS and not self._answers.try_to_ask(self._runs.system, slot.run):
                 slot.status[slot.number] = ASKS
@@ -214,13 +213,13 @@ class AloneRecords(RunRecords):
     has_lanes = False
 
 
-class _OtherLeads:
-    """Runs of one thread that go on with other states.
+class _FreeRuns:
+    """Runs of one thread that go on in redundant coordinates.
 
     Parameters
     ----------
     records : callable
-        Gives the records for runs with a choice of states.
+        Gives the records for runs in them.
     """
 
     def __init__(self, records: Callable[[System], RunRecords]) -> None:
@@ -233,9 +232,9 @@ class _OtherLeads:
         return list(self._slots.values())
 
     def finish(self, system: System, slot: Variants, answers: Answers) -> None:
-        """Bring a variant to its end in which another state must lead now.
+        """Bring a variant to its end in which a state does not lead now.
 
-        It keeps the status `UNFIT` if no choice of states determines its position.
+        It keeps the status `UNFIT` if that fails.
         """
         try:
             self._finish(system, slot, answers)
@@ -243,17 +242,12 @@ class _OtherLeads:
             slot.status[slot.number] = UNFIT
 
     def _finish(self, system: System, slot: Variants, answers: Answers) -> None:
-        run, theta = slot.run, slot.run.p[: slot.parameters].copy()
+        run, theta, why = slot.run, slot.run.p[: slot.parameters].copy(), UNFIT
         edges, values = run.edges, run.timed_values
         if slot.clocks.count:
             edges, values = slot.clocks.edges, slot.clocks.values
-        why, changed_at = UNFIT, math.nan
         while why == UNFIT:
-            if run.t == changed_at:
-                slot.status[slot.number] = UNFIT
-                return
-            changed_at = run.t
-            lead = exchange_lead(system, theta, changed_at, run.x.copy(), run.m.copy())
+            lead = free_states(system, theta, run.t, run.x.copy(), run.m.copy())
             system, records = lead.system, self._records(lead.system)
             if system not in self._slots:
                 self._slots[system] = records.new_run()

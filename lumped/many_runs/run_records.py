@@ -27,13 +27,13 @@ from lumped.points.start_values import read_start_values
 from lumped.points.targets import TOLERANCE
 from lumped.timeloop.clocks import find_moved_clocks, modes_at
 from lumped.timeloop.instants import Instants, instants
+from lumped.timeloop.nominal_sizes import nominals
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import remember
 from lumped.timeloop.plants.taylor_series import TaylorSeries
 from lumped.timeloop.programs import programs_of
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import scale
-from lumped.timeloop.run import nominals
 from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import just_after
 
@@ -134,7 +134,7 @@ class RunRecords:
         )
         span(run, scale(options.begin, options.until))
         run.rtol, run.max_steps, run.pause = options.rtol, options.max_steps, _EVER
-        run.atol[:] = options.relative_atol * nominals(self.system)
+        run.atol[:] = run.least_atol[:] = options.relative_atol * nominals(self.system)
         run.chooses_method = options.method in ("steps", "taylor")
         if not n:
             run.longest = (options.until - options.begin) / _LOOKS

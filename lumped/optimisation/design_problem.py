@@ -24,7 +24,7 @@ from lumped.optimisation.discretisation import (
     smooth,
 )
 from lumped.optimisation.terms import Term, TermMaker, measure_functional, number_of, refuse_side
-from lumped.simulation.simulate import simulate
+from lumped.simulation.simulate import simulate_led
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
@@ -171,7 +171,7 @@ class DesignProblem:
             x = np.asarray(found[2])[:, 0]
             point = OperatingPoint(self.system, 0.0, x, theta, settings[0])
             grid = len(t) - 1
-            run = simulate(self.system, until=float(t[-1]), start=point, grid=grid, rtol=_RTOL)
+            run = simulate_led(self.system, until=float(t[-1]), start=point, grid=grid, rtol=_RTOL)
             true = [run.value(functional) for functional in self.functionals]
             told = true
         else:

@@ -23,7 +23,7 @@ from lumped.orbits.smooth_curves import (
     find_crossings,
     inner_lows,
 )
-from lumped.simulation.simulate import simulate
+from lumped.simulation.simulate import simulate_led
 from lumped.support.made_once import made_once
 
 _AHEAD = 0.8
@@ -250,7 +250,7 @@ def _low(station: Station, margin: _Margin) -> float:
     lowest = min(lows)
     if not lowest.time:
         return lowest.value / span
-    run = simulate(system, until=lowest.time, start=guess.point, grid=None, rtol=CLOSELY)
+    run = simulate_led(system, until=lowest.time, start=guess.point, grid=None, rtol=CLOSELY)
     last = run.pieces[-1]
     exact = function(last.x[-1], run.theta, lowest.time, last.settings[-1])
     return float(exact[0]) / span

@@ -19,7 +19,7 @@ from lumped.orbits.shooting import (
     refuse_rest,
     slopes_of,
 )
-from lumped.simulation.simulate import simulate
+from lumped.simulation.simulate import simulate_led
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
@@ -159,7 +159,7 @@ class Station:
     def closely(self) -> Trajectory:
         """One period at many points, for what happens between steps."""
         guess = self.guess
-        return simulate(
+        return simulate_led(
             self.run.system, until=guess.period, start=guess.point, grid=_FINE, rtol=CLOSELY
         )
 

@@ -11,7 +11,7 @@ from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.orbits.shooting import Guess, OrbitProblem, in_modes, refuse_rest, sizes
-from lumped.simulation.simulate import simulate
+from lumped.simulation.simulate import simulate_led
 from lumped.support.units import plain
 from lumped.timeloop.clocks import clocks
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -179,7 +179,7 @@ def _run(
 ) -> Trajectory:
     """A run that only gives a first guess."""
     rtol = max(problem.rtol, _COARSE)
-    run = simulate(problem.system, until=until, start=point, grid=grid, rtol=rtol)
+    run = simulate_led(problem.system, until=until, start=point, grid=grid, rtol=rtol)
     if any(piece.system is not run.system for piece in run.pieces):
         raise SolverError(
             f"{run.system.name}: states change places (see run.events); periodic motions are not "

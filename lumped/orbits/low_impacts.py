@@ -19,7 +19,7 @@ from lumped.gradients.instant_values import looks_of
 from lumped.orbits.branch_equations import BranchProblem, MissedError, Station, correct_motion
 from lumped.orbits.shooting import Guess, Shot, forward_by
 from lumped.orbits.smooth_curves import curves_by, find_crossings
-from lumped.simulation.simulate import simulate
+from lumped.simulation.simulate import simulate_led
 
 _LOW = 1e-6
 """Length by which a motion is moved to see what a low impact does."""
@@ -139,7 +139,7 @@ def _slopes_of_gap(problem: BranchProblem, station: Station, row: int, time: flo
     """Derivatives of the lowest gap by the unknowns over the scale."""
     orbits, point = problem.orbits, station.guess.point
     system, k = orbits.system, len(orbits.active)
-    run = simulate(system, until=time, start=point, grid=None, rtol=orbits.rtol)
+    run = simulate_led(system, until=time, start=point, grid=None, rtol=orbits.rtol)
     places = problem.places
     forward = forward_by(orbits, places, point.theta)
     begin = np.zeros((len(point.x), forward.k))

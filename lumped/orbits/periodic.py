@@ -23,7 +23,7 @@ from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.shooting import Guess, Orbit, OrbitProblem, refuse_rest, shoot
 from lumped.orbits.smooth_curves import values_along
 from lumped.points.start import search_start
-from lumped.simulation.simulate import simulate
+from lumped.simulation.simulate import simulate_led
 from lumped.support.arguments import checked
 from lumped.support.units import read_time
 from lumped.timeloop.results.operating_point import OperatingPoint
@@ -240,7 +240,7 @@ def result_of(problem: OrbitProblem, orbit: Orbit, grid: int) -> PeriodicOrbit:
     """What was found, with a run over its period, as a result."""
     system, active, names = problem.system, problem.active, problem.system.state_names
     T, point = orbit.guess.period, orbit.guess.point
-    run = simulate(system, until=T, start=point, grid=grid, rtol=problem.rtol)
+    run = simulate_led(system, until=T, start=point, grid=grid, rtol=problem.rtol)
     if problem.free:
         refuse_rest(problem, run)
     values = np.linalg.eigvals(orbit.monodromy)

@@ -16,13 +16,13 @@ from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damp_step
 from lumped.orbits.settled import settle_at_start
-from lumped.simulation.simulate import simulate
+from lumped.simulation.simulate import simulate_led
 from lumped.support.made_once import made_once
+from lumped.timeloop.nominal_sizes import nominals
 from lumped.timeloop.plants.executable import evaluate_at
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
-from lumped.timeloop.run import nominals
 
 _DEPTH = 1e-8
 """Least gap at which bodies may part, m or rad, but for rounding zero."""
@@ -111,7 +111,7 @@ class Shot:
     def __init__(self, problem: OrbitProblem, guess: Guess) -> None:
         self.guess = guess
         system, active = problem.system, problem.active
-        self.run = simulate(
+        self.run = simulate_led(
             system, until=guess.period, start=guess.point, grid=None, rtol=problem.rtol
         )
         last = self.run.pieces[-1]

@@ -223,9 +223,34 @@ class _System:
         if np.linalg.matrix_rank(numbers) < n:
             raise SingularBlockError(group)
         used = symbols[: len(terms)]
-        function = ca.Function("dense", [used], [ca.solve(matrix, used[:n])])
+        function = ca.Function("dense", [used], [_solve_without_pivots(matrix, used[:n])])
         values = np.linalg.solve(numbers, [self.right[i][1] for i in group])
         return list(zip(self.tape.call(function, terms), values.tolist(), strict=True))
+
+
+def _solve_without_pivots(matrix: ca.SX, right: ca.SX) -> ca.SX:
+    """Solution by modified Gram-Schmidt steps of the matrix with its right side.
+
+    With the right side as one more column they are as stable as reflections (Björck, BIT 7 (1967)
+    1), also where equations nearly depend on each other.
+    """
+    columns, upper = ca.horzsplit(matrix), []
+    for j, column in enumerate(columns):
+        length = ca.norm_2(column)
+        unit = column / length
+        shares = [ca.dot(unit, other) for other in (*columns[j + 1 :], right)]
+        columns[j + 1 :] = [
+            other - share * unit for other, share in zip(columns[j + 1 :], shares[:-1], strict=True)
+        ]
+        right = right - shares[-1] * unit
+        upper.append((length, shares))
+    found: list[ca.SX] = []
+    for length, shares in reversed(upper):
+        rest = shares[-1]
+        for share, later in zip(shares[:-1], reversed(found), strict=True):
+            rest -= share * later
+        found.append(rest / length)
+    return ca.vertcat(*reversed(found))
 
 
 _STEADY, _VARIES, _NO_PIVOT = 0, 1, 2

@@ -16,10 +16,11 @@ import casadi as ca
 import numpy as np
 
 from lumped.flattening.residual import CONSTANT
-from lumped.flattening.tape import Tape, TapeTerm
+from lumped.flattening.tape import TapeTerm
 from lumped.reduction.block_errors import make_unheld_error, singular_block
-from lumped.reduction.elimination import Entry, SingularBlockError, solve
+from lumped.reduction.elimination import SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence
+from lumped.reduction.linear_equations import LinearEquations
 from lumped.reduction.reduce import Block, Reduced, equations_of
 from lumped.support.process_lock import process_lock
 
@@ -99,6 +100,19 @@ class Values:
         with process_lock:
             self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
             return self._arguments(seen, nodes)
+
+    def residuals(self, equations: list[tuple[int, int]]) -> ca.SX:
+        """What is left of equations, each differentiated some times, shape (equations, 1)."""
+        left = ca.SX.zeros(len(equations))
+        numbers, orders = np.array(equations, dtype=int).reshape(-1, 2).T
+        for places, seen in self.reduced.incidence.alike(numbers, orders):
+            left[places.tolist()] = ca.vec(seen.residual.value(*self.arguments(seen)))
+        sums = np.flatnonzero(numbers >= self.reduced.incidence.first_sum)
+        places, nodes, signs = self._sum_nodes(numbers[sums], orders[sums])
+        terms = self.of(nodes.tolist())
+        for k, place in enumerate(sums[places].tolist()):
+            left[place] += float(signs[k]) * terms[k]
+        return left
 
     def corrections(self) -> ca.SX:
         """Last step of Newton's method for each implicit node, shape (len(implicit), 1)."""
@@ -325,9 +339,9 @@ class Values:
             self._finite(np.array([number for _, number in found])),
         )
 
-    def _linearise(self, blocks: list[Block]) -> _Linear:
+    def _linearise(self, blocks: list[Block]) -> LinearEquations:
         """Linear equations for what to add to the present values of nodes."""
-        incidence, linear = self.reduced.incidence, _Linear(blocks)
+        incidence, linear = self.reduced.incidence, LinearEquations(blocks)
         numbers, orders = equations_of(blocks)
         for places, seen in incidence.alike(numbers, orders):
             self._template_equations(seen, places, linear)
@@ -350,7 +364,7 @@ class Values:
         return found
 
     def _sum_equations(
-        self, sums: np.ndarray, numbers: np.ndarray, orders: np.ndarray, linear: _Linear
+        self, sums: np.ndarray, numbers: np.ndarray, orders: np.ndarray, linear: LinearEquations
     ) -> None:
         """Enter coefficients of the unknowns in flow sums, and minus their residuals."""
         places, nodes, signs = self._sum_nodes(numbers, orders)
@@ -362,7 +376,9 @@ class Values:
             linear.right[i] = (total + terms[k], number - sign * self._number[node])
             linear.add(i, node, factors[k], CONSTANT, sign)
 
-    def _template_equations(self, seen: Occurrence, places: np.ndarray, linear: _Linear) -> None:
+    def _template_equations(
+        self, seen: Occurrence, places: np.ndarray, linear: LinearEquations
+    ) -> None:
         """The same for several instances of one template equation, in one call."""
         nodes, residual = self.reduced.nodes_of(seen), seen.residual
         m, n = nodes.shape
@@ -382,23 +398,3 @@ class Values:
 
 def _pick(vector: ca.SX, indices: np.ndarray) -> ca.SX:
     return vector[indices.tolist()] if len(indices) else ca.SX(0, 1)
-
-
-class _Linear:
-    """Linear equations of blocks: coefficients of the unknowns of each, and right sides."""
-
-    def __init__(self, blocks: list[Block]) -> None:
-        self.tape = Tape()
-        self._column = {node: j for block in blocks for j, node in enumerate(block.nodes)}
-        self.rows: list[dict[int, Entry]] = [{} for _ in self._column]
-        self.right: list[tuple[TapeTerm, float]] = [(self.tape.zero, 0.0)] * len(self.rows)
-
-    def add(self, row: int, node: int, term: TapeTerm, kind: int, value: float) -> None:
-        """Add a coefficient if the node is an unknown."""
-        column = self._column.get(node)
-        if column is None:
-            return
-        old = self.rows[row].get(column)
-        if old is not None:
-            term, kind, value = old.term + term, max(old.kind, kind), old.value + value
-        self.rows[row][column] = Entry(term, kind, value)

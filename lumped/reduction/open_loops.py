@@ -11,11 +11,11 @@ from lumped.reduction.reduce import Block
 class OpenLoops(Values):
     """Expressions in which the guesses of implicit nodes stand for the nodes themselves."""
 
-    def list_constraints(self) -> tuple[list[int], ca.SX]:
-        """Equations of linkages, and what is left of each."""
+    def list_constraints(self) -> tuple[list[int], list[ca.SX]]:
+        """Equations of linkages, and what is left of those that are closed together."""
         times = self.reduced.differentiations
         self._rows: list[int] = []
-        self._left = ca.SX(0, 1)
+        self._left: list[ca.SX] = []
         self.of(
             block.nodes[0]
             for b, block in enumerate(self.reduced.blocks)
@@ -27,5 +27,4 @@ class OpenLoops(Values):
         self._sx[block.nodes] = self.guesses[[self._place[node] for node in block.nodes]]
         linear = self._linearise([block])
         self._rows += [row for row, _ in block.equations]
-        left = linear.tape.expressions([term for term, _ in linear.right])
-        self._left = ca.vertcat(self._left, left)
+        self._left.append(linear.tape.expressions([term for term, _ in linear.right]))

@@ -63,9 +63,14 @@ class Reduced:
     states : list of int
         Nodes that are states, in order of declaration.
     dependent : list of int
-        Candidates that constraints determine.
+        Candidates that constraints determine; explicit formulas determine the first ones.
+    explicit : int
+        Number of these.
     tied : frozenset of int
         Candidates that occur in constraints.
+    invariants : list of (int, int)
+        Constraints that determine no candidate, as equation and how often it is differentiated:
+        they hold if they hold at the start.
     blocks : list of Block
         In an order in which they can be computed.
     block_of : ndarray of int, shape (nodes,)
@@ -79,9 +84,16 @@ class Reduced:
     differentiations: np.ndarray
     states: list[int]
     dependent: list[int]
+    explicit: int
     tied: frozenset[int]
+    invariants: list[tuple[int, int]]
     blocks: list[Block]
     block_of: np.ndarray
+
+    @cached_property
+    def is_kinematic(self) -> bool:
+        """Whether constraints are of positions and speeds only, as no equation of motion is one."""
+        return int(self.differentiations.max(initial=0)) <= 2
 
     def node(self, unknown: int) -> int | None:
         """Node of an unknown; None if it is zero. Its value is its sign times the node's."""
@@ -134,7 +146,9 @@ def equations_of(blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
     return numbers, orders
 
 
-def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
+def reduce(
+    flat: FlatModel, ranks: Mapping[int, int] | None = None, *, redundant: bool = False
+) -> Reduced:
     """Index reduction, state selection and block order of a flat model.
 
     Parameters
@@ -144,6 +158,8 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
     ranks : mapping of int to int, optional
         Wishes (see `lumped.reduction.state_selection.RANK`) that override those declared, for
         nodes as an earlier reduction of the same model numbers them.
+    redundant : bool
+        All coordinates that varying constraints tie are states.
 
     Returns
     -------
@@ -168,14 +184,14 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
     np.maximum.at(floor, aliases.classes[alive], aliases.shifts[alive])
     differentiations, highest = differentiate(incidence, entries, floor)
     first = np.concatenate([[0], np.cumsum(highest + 1)])
-    dependent, tied = _select_dependent(
-        incidence, differentiations, highest, first, wish, ranks or {}
+    dependent, explicit, tied, invariants = _select_dependent(
+        incidence, differentiations, highest, first, wish, ranks or {}, redundant
     )
     is_state = np.ones(first[-1], dtype=bool)
     is_state[first[:-1] + highest] = False
     is_state[dependent] = False
     states = np.flatnonzero(is_state)
-    blocks, block_of = _find_blocks(incidence, differentiations, first, is_state)
+    blocks, block_of = _find_blocks(incidence, differentiations, first, is_state, invariants)
     return Reduced(
         incidence,
         aliases,
@@ -184,7 +200,9 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
         differentiations,
         _by_declaration(aliases, first, states),
         dependent,
+        explicit,
         tied,
+        invariants,
         blocks,
         block_of,
     )
@@ -211,10 +229,11 @@ def _select_dependent(
     first: np.ndarray,
     wish: dict[tuple[int, int], int],
     ranks: Mapping[int, int],
-) -> tuple[list[int], frozenset[int]]:
-    """Nodes that constraints determine, the least wanted first, and all that constraints tie."""
+    redundant: bool,
+) -> tuple[list[int], int, frozenset[int], list[tuple[int, int]]]:
+    """Nodes that constraints determine, how many explicitly; all that they tie; invariants."""
     if not differentiations.any():
-        return [], frozenset()
+        return [], 0, frozenset(), []
     point = GenericPoint(incidence.flat, incidence.aliases, highest)
     constraints = [
         incidence.entries(np.full(incidence.count, order), point, differentiations > order)
@@ -229,7 +248,9 @@ def _select_dependent(
             rank[first[number] + order] = value
     for node, value in ranks.items():
         rank[node] = value
-    dependent, unused = select_dependent(rows, rank)
+    dependent, explicit, unused = select_dependent(rows, rank, explicit_only=redundant)
+    if redundant:
+        return dependent, explicit, tied, [equations[row] for row in unused]
     if unused or len(dependent) < int(differentiations.sum()):
         row, order = equations[unused[0]] if unused else (int(np.argmax(differentiations)), 0)
         raise SingularModelError(
@@ -238,7 +259,7 @@ def _select_dependent(
             + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
             "Make one member of the loop elastic, or remove it."
         )
-    return dependent, tied
+    return dependent, explicit, tied, []
 
 
 def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> list[int]:
@@ -254,10 +275,14 @@ def find_nodes(aliases: Aliases, first: np.ndarray) -> np.ndarray:
 
 
 def _find_blocks(
-    incidence: Incidence, differentiations: np.ndarray, first: np.ndarray, is_state: np.ndarray
+    incidence: Incidence,
+    differentiations: np.ndarray,
+    first: np.ndarray,
+    is_state: np.ndarray,
+    invariants: list[tuple[int, int]],
 ) -> tuple[list[Block], np.ndarray]:
     """Strongly connected sets of equations in the order of computation."""
-    rows, nodes, equations = _list_entries(incidence, differentiations, first)
+    rows, nodes, equations = _list_entries(incidence, differentiations, first, invariants)
     unknown = np.flatnonzero(~is_state)
     column = np.full(first[-1], -1)
     column[unknown] = np.arange(len(unknown))
@@ -295,13 +320,17 @@ def _refuse_unmatched(
 
 
 def _list_entries(
-    incidence: Incidence, differentiations: np.ndarray, first: np.ndarray
+    incidence: Incidence,
+    differentiations: np.ndarray,
+    first: np.ndarray,
+    invariants: list[tuple[int, int]],
 ) -> tuple[np.ndarray, np.ndarray, list[tuple[int, int]]]:
     """Entries of all equations and their derivatives: place among these, node; and these."""
     row_parts, node_parts = [], []
     equations: list[tuple[int, int]] = []
     for order in range(int(differentiations.max(initial=0)) + 1):
         picked = differentiations >= order
+        picked[[row for row, k in invariants if k == order]] = False
         e = incidence.entries(np.full(incidence.count, order), picked=picked)
         number = np.full(incidence.count, -1)
         number[picked] = len(equations) + np.arange(int(picked.sum()))

@@ -20,8 +20,8 @@ RANK = {"never": 0, "avoid": 1, "default": 2, "prefer": 3, "always": 4}
 
 
 def select_dependent(
-    rows: list[dict[int, tuple[float, int]]], rank: np.ndarray
-) -> tuple[list[int], list[int]]:
+    rows: list[dict[int, tuple[float, int]]], rank: np.ndarray, *, explicit_only: bool = False
+) -> tuple[list[int], int, list[int]]:
     """Choose one dependent column for each constraint.
 
     Parameters
@@ -30,29 +30,36 @@ def select_dependent(
         Coefficient and its kind for each column of each constraint; used up.
     rank : ndarray of int, shape (columns,)
         Wish of each column to stay a state; of equal ones the later is the sooner dependent.
+    explicit_only : bool
+        Only pivots that do not vary are used.
 
     Returns
     -------
     dependent : list of int
-        Columns that the constraints determine.
+        Columns that the constraints determine, first those with pivots that do not vary.
+    explicit : int
+        Number of these.
     unused : list of int
-        Constraint rows in which nothing was left to solve for.
+        Constraint rows that determine none.
     """
     constraints = _Constraints(rows)
     open_rows = set(range(len(rows)))
     dependent: list[int] = []
+    explicit = 0
     columns = sorted(constraints.holders, key=lambda c: (rank[c], -c))
     first = [c for c in columns if rank[c] < RANK["always"]]
-    for allow_varying, group in ((False, first), (True, first), (True, columns)):
+    passes = ((False, first), (True, first), (True, columns))
+    for allow_varying, group in passes[:1] if explicit_only else passes:
         for column in group:
             if not open_rows:
                 break
             pivot = constraints.find_pivot(column, allow_varying)
             if pivot is not None:
                 dependent.append(column)
+                explicit += not allow_varying
                 open_rows.discard(pivot)
                 constraints.eliminate(pivot, column)
-    return dependent, sorted(open_rows)
+    return dependent, explicit, sorted(open_rows)
 
 
 class _Constraints:

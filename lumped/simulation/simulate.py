@@ -208,14 +208,29 @@ def simulate(
     Interrupted
         If it is interrupted (Ctrl-C); with `partial` too.
     """
-    plan = run_plan(until, rtol, options)
+    found, point, plan = _run_by_plan(system, run_plan(until, rtol, options), grid)
+    return _certify(found, point, plan) if certify else found
+
+
+@interruptible
+def simulate_led(
+    system: System, *, until: float, start: OperatingPoint, grid: Grid, rtol: float
+) -> Trajectory:
+    """A run for analyses that follow its states: these lead as long as they lead at all."""
+    plan = run_plan(until, rtol, {"start": start})._replace(is_led=True)
+    return _run_by_plan(system, plan, grid)[0]
+
+
+def _run_by_plan(
+    system: System, plan: RunPlan, grid: Grid
+) -> tuple[Trajectory, OperatingPoint, RunPlan]:
+    """A run, where it starts, and its options with the method that was taken."""
     point = run_start(system, plan)
     if plan.method == "auto" and grid is None:
         plan = plan._replace(method="steps")
-    elif plan.method == "auto" and closed_form_pays(point, plan.until, rtol):
+    elif plan.method == "auto" and closed_form_pays(point, plan.until, plan.rtol):
         plan = plan._replace(method="exact")
-    found = run_on(point, plan, recorder(point, plan, grid))
-    return _certify(found, point, plan) if certify else found
+    return run_on(point, plan, recorder(point, plan, grid)), point, plan
 
 
 def recorder(point: OperatingPoint, plan: RunPlan, grid: Grid) -> Recorder:

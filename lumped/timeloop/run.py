@@ -9,7 +9,6 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.support.made_once import made_once
 from lumped.timeloop.guards import jump_fault
 from lumped.timeloop.instants import instants
 from lumped.timeloop.programs import Answers
@@ -128,10 +127,3 @@ class Simulation:
         """Stop with what was computed so far if something is wrong."""
         if fault:
             raise SolverError(f"{self.system.name}: {fault}", self.partial())
-
-
-@made_once
-def nominals(system: System) -> np.ndarray:
-    """Nominal value of each state."""
-    names = system.state_names
-    return np.array([system.quantity(n).nominal if "(" not in n else 1.0 for n in names])

@@ -11,6 +11,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.kernel import engine
+from lumped.kernel.methods.invariants import NEAR
 from lumped.kernel.run import (
     ASKS,
     BEGIN_SEGMENT,
@@ -33,14 +34,16 @@ from lumped.kernel.run import (
 )
 from lumped.timeloop.guards import finite_fault, set_twice_fault, shrinking_fault
 from lumped.timeloop.holds import hold_words
-from lumped.timeloop.leading_states import exchange_lead
+from lumped.timeloop.leading_states import free_states
+from lumped.timeloop.levers import FAIR_LEVERAGE, MOST_LEVERAGE
+from lumped.timeloop.nominal_sizes import nominals
 from lumped.timeloop.plants.executable import executable, span
 from lumped.timeloop.plants.kept_run import KeptRun, OutputRoom
 from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.results.statistics import Used
-from lumped.timeloop.run import Simulation, nominals
+from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_options import RunPlan
 from lumped.timeloop.settings import closing_fault, no_fit
 
@@ -74,6 +77,7 @@ class RunBySteps(Simulation):
         super().__init__(point, plan, output)
         self._relative_atol, self._method = plan.relative_atol, plan.method
         self._changed_at = math.nan
+        self._lenience = MOST_LEVERAGE / FAIR_LEVERAGE if plan.is_led else 0.0
         self._sizes: dict[System, np.ndarray] = {}
         self._is_implicit, self._has_series = plan.method == "implicit", plan.method == "taylor"
         self._series_after: float = _LONG if plan.method == "auto" else math.inf
@@ -127,7 +131,14 @@ class RunBySteps(Simulation):
         """Begin at the start, in the records of a run that is over if it had the same options."""
         self._edges, times = self.find_instants(), self.output.times
         count = None if times is None else len(times)
-        options = self.rtol, self._relative_atol, self._method, self.max_steps, count
+        options = (
+            self.rtol,
+            self._relative_atol,
+            self._method,
+            self.max_steps,
+            self._lenience,
+            count,
+        )
         self._executable = executable(self.system)
         kept = self._executable.reuse_run(options) or self._with_options(options)
         grid = None if times is None else times.tobytes()
@@ -141,8 +152,8 @@ class RunBySteps(Simulation):
     def _with_options(self, options: object) -> KeptRun:
         """Records of a run with options, at no point yet."""
         run = self._executable.blank_run()
-        run.rtol, run.max_steps = self.rtol, self.max_steps
-        run.atol[:] = self._relative_atol * nominals(self.system)
+        run.rtol, run.max_steps, run.lenience = self.rtol, self.max_steps, self._lenience
+        run.atol[:] = run.least_atol[:] = self._relative_atol * nominals(self.system)
         run.chooses_method = self._method in ("auto", "steps", "taylor")
         self._take_method(run)
         room = self._new_room()
@@ -271,20 +282,21 @@ class RunBySteps(Simulation):
         return Event(t, s.names[number], "hold", words[before], words[after], loss)
 
     def _change_states(self) -> None:
-        """Let another motion lead."""
+        """Go on in redundant coordinates."""
         run, t = self._run, float(self._run.t)
-        lead = exchange_lead(self.system, self.point.theta, t, run.x.copy(), run.m.copy())
-        if t == self._changed_at:
+        lead = free_states(self.system, self.point.theta, t, run.x.copy(), run.m.copy())
+        part, is_free = lead.follower.rpartition(".")[0], lead.system.structure.redundant
+        if t == self._changed_at and not is_free:
             self.refuse(
-                f"at t = {t:.9g} s no choice of states determines the position: "
-                f"{lead.after} leads instead of {lead.before}. The linkage is singular there; "
-                "check its lengths."
+                f"at t = {t:.9g} s no choice of states determines the position: {lead.follower} "
+                f"leads instead of {lead.leader}. The linkage is singular there; check its lengths."
             )
         self._changed_at = t
-        part = lead.after.rpartition(".")[0]
-        self.events.append(Event(t, part, "states", lead.before, lead.after))
+        after = "redundant coordinates" if is_free else lead.follower
+        self.events.append(Event(t, part, "states", lead.leader, after))
         self.system = lead.system
         self.output.open(lead.system)
+        self.output.edge(t, lead.x, lead.settings)
         ring, changes = run.changed.copy(), run.changed_count
         self._executable = executable(lead.system)
         kept = self._with_options(None)
@@ -324,6 +336,13 @@ class RunBySteps(Simulation):
             self.refuse(
                 f"a linkage or implicit equation could not be followed beyond t = {t:.9g} s. Ask "
                 "for more output points, or check its range."
+            )
+        if why == GIVEN_UP and run.plant.invariants and run.independence < NEAR:
+            part = next(e.component for e in self.events if e.kind == "states")
+            self.refuse(
+                f"at t = {t:.9g} s the linkage of {part} passes a position in which constraints "
+                f"depend on each other; rounding there is more than rtol = {self.rtol:g} allows. "
+                "Loosen rtol, or change the lengths a little."
             )
         if why == GIVEN_UP:
             tolerated = self.atol + self.rtol * np.abs(x)

@@ -17,8 +17,9 @@ from lumped.language.lowering import has_steps
 from lumped.numerics.closed_form import ClosedForm
 from lumped.support.made_once import Recent, made_once
 from lumped.support.text_table import list_names
-from lumped.timeloop.guards import finite_fault, may_be_unfit
+from lumped.timeloop.guards import finite_fault
 from lumped.timeloop.instants import instants
+from lumped.timeloop.levers import may_be_unfit
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder
 from lumped.timeloop.results.statistics import Used

@@ -74,7 +74,10 @@ _DEFAULTS: dict[str, Any] = {
 
 
 class RunPlan(NamedTuple):
-    """Options of runs after they were checked (see `RunOptions`), with times in seconds."""
+    """Options of runs after they were checked (see `RunOptions`), with times in seconds.
+
+    Those for analyses that follow the states are led by these as long as they lead at all.
+    """
 
     until: float
     rtol: float
@@ -85,6 +88,7 @@ class RunPlan(NamedTuple):
     atol: float | None
     method: Method
     max_steps: int
+    is_led: bool = False
 
     @property
     def relative_atol(self) -> float:

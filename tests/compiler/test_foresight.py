@@ -7,6 +7,7 @@ import pytest
 
 import lumped as lp
 from lumped import functionals as fun
+from lumped.compiler.leads import exchange_states
 from lumped.ops import sin, where
 
 
@@ -28,7 +29,7 @@ FROM_IT = {
     "itself": lambda system: system,
     "watching": lambda system: system.watching(fun.peak(abs(system.model.x)).names),
     "whole": lambda system: system.whole,
-    "exchanged": lambda system: system.exchange_state(*system.structure.states[:2]),
+    "exchanged": lambda system: exchange_states(system, [system.structure.states[:2]]),
     "pickled": lambda system: pickle.loads(pickle.dumps(system)),
     "copied": copy.deepcopy,
 }

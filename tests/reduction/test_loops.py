@@ -59,7 +59,7 @@ def test_a_start_value_chooses_the_assembly():
 
 
 def test_a_linkage_that_cannot_be_closed_is_refused():
-    system = lp.assemble(four_bar())
+    system = lp.assemble(four_bar(phi=0.0))
     with pytest.raises(StartError, match=r"rocker\.phi.*linkage cannot be closed"):
         lp.start_point(system, parameters={"linkage.c": 0.2})
 
@@ -69,9 +69,9 @@ def test_a_linkage_passes_the_dead_centres_of_its_crank(method):
     run = lp.simulate(
         lp.assemble(double_rocker(w=3.0)), until=20.0, rtol=1e-9, method=method, grid=4000
     )
-    changes = [f"{event.after} leads instead of {event.before}" for event in run.events]
-    print(f"{len(changes)} changes, first {changes[:2]}; {run.statistics}")
-    assert changes[0].endswith(" leads instead of crank.phi")
+    assert [(event.before, event.after) for event in run.events] == [
+        ("crank.phi", "redundant coordinates")
+    ]
     a, b, q = run["crank.phi"], run["rocker.phi"], run["linkage.q"]
     gap = np.hypot(
         2.6 * np.cos(a) + 1.2 * np.cos(q) - 3.0 - 2.5 * np.cos(b),

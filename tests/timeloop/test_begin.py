@@ -79,8 +79,10 @@ def test_a_run_in_two_pieces_is_the_run_in_one(model, name, method, middle):
     second = lp.simulate(system, until=3.0, start=first.point(middle), grid=late, **options)
     error = np.abs(second[name] - whole[name][1:]).max()
     assert error < 1e-8 * max(1.0, np.abs(whole[name]).max())
-    told = [(e.component, e.after) for run in (first, second) for e in run.events]
-    assert told == [(e.component, e.after) for e in whole.events]
+    told = [
+        (e.component, e.after) for run in (first, second) for e in run.events if e.kind != "states"
+    ]
+    assert told == [(e.component, e.after) for e in whole.events if e.kind != "states"]
 
 
 def test_the_begin_is_a_finite_time_before_the_end():

@@ -7,7 +7,7 @@ import pytest
 import scipy
 
 import lumped as lp
-from lumped.timeloop.guards import levers
+from lumped.timeloop.levers import FAIR_LEVERAGE, levers
 from lumped.timeloop.plants import executable as plants
 from lumped.timeloop.plants.executable import evaluate_at, executable
 
@@ -64,14 +64,14 @@ def test_bodies_of_a_long_chain_are_watched_by_their_own_states():
     count = 45
     angles = np.linspace(-1.2, 1.3, count)
     system = lp.assemble(hang(count, angles))
-    pairs, _ = levers(system)
+    pairs, _ = levers(system, 1.0)
     assert len(pairs) == 2 * count - 1
     run = lp.simulate(system, until=1e-9, grid=[0.0])
     x = np.array([run[name][0] for name in system.state_names])
     y = np.array([run[system.structure.node_name(n)][0] for n in system.structure.implicit])
     modes = np.zeros(system.structure.mode_count)
     theta, settings = system.theta(None), np.concatenate([modes, y])
-    found = evaluate_at(system, "leverage", x, theta, 0.0, settings)
+    found = FAIR_LEVERAGE * evaluate_at(system, "leverage", x, theta, 0.0, settings)
     names = [tuple(map(system.structure.node_name, pair)) for pair in pairs]
     ratios = dict(zip(names, found, strict=True))
     for i, angle in enumerate(angles):

@@ -229,7 +229,7 @@ static bool unfit(Unit *unit)
 {
     const Run *run = &unit->memory.run;
     int i = 0;
-    while (i < N_LEVERS - 1 && fabs(run->ratio[i]) <= MOST_LEVERAGE) i++;
+    while (i < N_LEVERS - 1 && fabs(run->ratio[i]) <= 1.0) i++;
     return unit_fail(unit, "at t = %.9g s %s; this exchange format cannot change states, so the run "
                      "ends here", run->t, lever_names[i]);
 }

@@ -39,7 +39,7 @@ from lumped.kernel.methods.any_method import (
     set_ranges,
     set_rough_ranges,
 )
-from lumped.kernel.methods.rates import find_rates
+from lumped.kernel.methods.rates import end_step, find_rates
 from lumped.kernel.observe import has_border
 from lumped.kernel.plant import Function
 from lumped.kernel.run import (
@@ -48,7 +48,6 @@ from lumped.kernel.run import (
     GIVEN_UP,
     GOES_ON,
     LEAVE_SEGMENT,
-    MOST_LEVERAGE,
     TOO_MANY,
     UNFIT,
     Run,
@@ -75,6 +74,12 @@ def evaluate_wide(
 def find_rates_wide(lanes: Lanes, x: Wides, t: Wide, out: Wides) -> None:
     """Write the rates of the states at a point of each lane, none of which shares a load."""
     evaluate_wide(lanes.plant.rates, lanes, x, t, lanes.m, out)
+
+
+@kernel
+def end_step_wide(lanes: Lanes) -> None:
+    """Write the rates at the end of the step of each lane; lanes have no invariants."""
+    find_rates_wide(lanes, lanes.new, lanes.t_new, lanes.stages[12 * lanes.plant.states :])
 
 
 @kernel
@@ -206,7 +211,7 @@ def _end_unfit(lanes: Lanes, accepted: Wide) -> None:
     ratio, mark = lanes.ratio, accepted * 0.0
     evaluate_wide(lanes.plant.leverage, lanes, lanes.x, lanes.t, lanes.m, ratio)
     for i in range(lanes.plant.levers):
-        mark = mark if abs(ratio[i]) <= MOST_LEVERAGE else 1.0
+        mark = mark if abs(ratio[i]) <= 1.0 else 1.0
     lanes.mark = mark * accepted
     if any_lane(lanes.mark > 0.5):
         for k in range(lanes.count):
@@ -348,6 +353,7 @@ COUNTERPARTS: dict[Any, Any] = {
     Watch: LaneWatch,
     evaluate: evaluate_wide,
     find_rates: find_rates_wide,
+    end_step: end_step_wide,
     inside: inside_explicit.widened,  # type: ignore[attr-defined]
 }
 """What stands for records and kernels of a single run."""

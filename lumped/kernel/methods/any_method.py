@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.methods import dop853, rodas5p, taylor
+from lumped.kernel.methods.invariants import meet_invariants
 from lumped.kernel.run import Run
 
 IMPLICIT_ORDER, NODES = rodas5p.ORDER, dop853.NODES
@@ -74,11 +75,13 @@ def inside_explicit(run: Run, part: float, out: Numbers) -> None:
 
 @kernel
 def inside(run: Run, part: float, out: Numbers) -> None:
-    """States at a part of the step."""
+    """States at a part of the step, with invariants as they are there."""
     if run.is_implicit:
         rodas5p.interpolate(run, part, out)
     else:
         inside_explicit(run, part, out)
+    if run.plant.invariants > 0:
+        meet_invariants(run, out, run.t + part * (run.t_new - run.t))
 
 
 @kernel

@@ -11,7 +11,7 @@ from typing import Any
 
 from lumped.code.words import Numbers, kernel, make_kernel, sqrt
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.methods.rates import find_rates
+from lumped.kernel.methods.rates import end_step, find_rates
 from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau
 
@@ -219,7 +219,7 @@ def stages(run: Run, h: float) -> None:
     _11(x, a, k, n, h)
     _find_rates(run, 11, h)
     _NEW(x, new, k, n, h)
-    find_rates(run, new, run.t_new, k[12 * n :])
+    end_step(run)
     run.evaluations += 12
 
 

@@ -11,6 +11,11 @@ from lumped.code.words import Numbers, copy_numbers, kernel
 from lumped.flattening.hold_modes import SHARE
 from lumped.kernel.instants.holds import is_shared
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.methods.invariants import (
+    find_rates_on_invariants,
+    meet_invariants,
+    tolerate_together,
+)
 from lumped.kernel.run import Run
 
 
@@ -36,11 +41,22 @@ def _find_exact_rates(run: Run, x: Numbers, t: float, out: Numbers) -> None:
 
 @kernel
 def find_rates(run: Run, x: Numbers, t: float, out: Numbers) -> None:
-    """Write the rates of the states at a point."""
+    """Write the rates of the states at a point; those with invariants where these hold."""
     if run.shares:
         _find_exact_rates(run, x, t, out)
+    elif run.plant.invariants > 0 and not run.is_implicit:
+        find_rates_on_invariants(run, x, t, out)
     else:
         evaluate(run.plant.rates, run, x, t, run.m, out)
+
+
+@kernel
+def end_step(run: Run) -> None:
+    """Complete the new states of a step, and write their rates."""
+    if run.plant.invariants > 0:
+        meet_invariants(run, run.new, run.t_new)
+        tolerate_together(run)
+    find_rates(run, run.new, run.t_new, run.stages[12 * run.plant.states :])
 
 
 @kernel

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from lumped.code.words import Numbers, copy_numbers, kernel, sqrt
-from lumped.kernel.methods.rates import find_rates, find_slopes
+from lumped.kernel.methods.rates import end_step, find_rates, find_slopes
 from lumped.kernel.methods.sparse_lu import factorise, is_solved, solve
 from lumped.kernel.run import Run
 from lumped.numerics import rodas5p as tableau
@@ -87,7 +87,7 @@ def step(run: Run, h: float) -> float:
             return UNSOLVED
     for i in range(n):
         new[i] = new[i] + k[8 * n + i]
-    find_rates(run, new, run.t_new, k[12 * n :])
+    end_step(run)
     run.evaluations += 8
     error = 0.0
     for i in range(n):

@@ -22,6 +22,7 @@ from lumped.code.words import (
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods import rodas5p
 from lumped.kernel.methods.dop853 import NODES
+from lumped.kernel.methods.rates import end_step
 from lumped.kernel.run import Run
 
 _TOGETHER = 3
@@ -123,7 +124,7 @@ def step(run: Run, h: float) -> float:
             inner = max(inner, total)
         run.evaluations += 2
     _ends(c, order, row, n, h, new, slope)
-    evaluate(run.plant.rates, run, new, run.t_new, run.m, f)
+    end_step(run)
     run.evaluations += 1
     total = bend = 0.0
     for i in range(n):

@@ -24,7 +24,9 @@ from lumped.compiler.system import System
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.instants.linkages import DIRECTIONS
 from lumped.kernel.plant import Plant
-from lumped.timeloop.guards import followers, levers
+from lumped.timeloop.guards import followers
+from lumped.timeloop.levers import FAIR_LEVERAGE, levers
+from lumped.timeloop.plants.projection import companions, projection
 from lumped.timeloop.programs import rank_programs
 
 _FIXED, _EVEN, _TIMED, _MOVING = range(4)
@@ -114,8 +116,14 @@ def make_enclosed(function: Operations | None) -> Enclosed:
     return Enclosed(sizes, results=sizes["enclosed_results"])
 
 
-def parts_of(system: System) -> Parts:
-    """Functions and tables of a system as a plant has them."""
+def parts_of(system: System, leverage: float = FAIR_LEVERAGE) -> Parts:
+    """Functions and tables of a system as a plant has them.
+
+    Parameters
+    ----------
+    leverage : float
+        Ratio of what follows by iteration to the state that leads it above which that is unfit.
+    """
     s, implicit = system.switching, len(system.structure.implicit)
     functions = {"rates": system.rhs}
     margins = system.margins.size1_out(0) if s else 0
@@ -125,9 +133,12 @@ def parts_of(system: System) -> Parts:
         functions["margin"] = system.margins
     if implicit:
         functions["closure"] = system.closure
-    pairs, ratios = levers(system)
+    pairs, ratios = levers(system, leverage)
     if pairs:
-        functions["leverage"] = ratios
+        functions["leverage"] = ca.Function("leverage", system.inputs, [ratios])
+    invariants = system.structure.invariants.numel()
+    if invariants:
+        functions["projection"] = projection(system)
     names: list[str] = []
     if s.timed:
         names, following = followers(system)
@@ -151,12 +162,17 @@ def parts_of(system: System) -> Parts:
         "jump_values": s.values.numel(),
         "levers": len(pairs),
         "followers": len(names),
+        "invariants": invariants,
         "forcings": forced.results,
     }
     uses = system.speed_uses
+    first, companion = companions(system)
     fields = {
         **plant_sizes(sizes),
         "speed_uses": len(uses[0]),
+        "is_moved": _integers([_is_moved(system, node) for node in system.structure.states]),
+        "first_companion": _integers(first),
+        "companion": _integers(companion),
         "use_hold": _integers(uses[0]),
         "use_state": _integers(uses[1]),
         "any_demand": np.random.default_rng(4).uniform(0.5, 1.5, len(s.names)),
@@ -164,6 +180,12 @@ def parts_of(system: System) -> Parts:
         **_tables(system),
     }
     return Parts(operations, sizes, fields)
+
+
+def _is_moved(system: System, node: int) -> bool:
+    """Whether the rate of a state is a state, or follows from states without accelerations."""
+    number, order = system.structure.reduced.class_and_order(node)
+    return order + 1 < int(system.structure.reduced.highest[number])
 
 
 def slopes_along(system: System) -> Operations:

@@ -20,6 +20,8 @@ from lumped.support.arguments import checked
 from lumped.support.display_units import Units, choose_units
 from lumped.support.text_table import amounts, table
 from lumped.support.units import read_time
+from lumped.timeloop.fit_states import SingularPositionError, singular_text
+from lumped.timeloop.leading_states import bind_states
 from lumped.timeloop.plants.many_points import quantity_along
 from lumped.timeloop.programs import ProgramInputs
 from lumped.timeloop.results.event import Event
@@ -109,7 +111,9 @@ class Trajectory(Named):
 
     @cached_property
     def x(self) -> np.ndarray:
-        """States, shape (len(t), n), in the order of each piece's system."""
+        """States, shape (len(t), n), in the order of the system."""
+        if any(piece.system is not self.system for piece in self.pieces):
+            return np.column_stack([self._along(name) for name in self.system.state_names])
         none = np.zeros((0, len(self.system.structure.states)))
         return np.concatenate([none, *(piece.x for piece in self.pieces)])
 
@@ -229,13 +233,21 @@ class Trajectory(Named):
         gaps = np.abs(piece.t - time)[::-1]
         k = len(gaps) - 1 - int(gaps.argmin())
         found, made = float(piece.t[k]), self.again
+        system, x, settings = piece.system, piece.x[k].copy(), piece.settings[k].copy()
+        if system.structure.redundant:
+            try:
+                own = bind_states(self.system.bound, system, self.theta, found, x, settings)
+            except SingularPositionError as error:
+                text = singular_text(system, error, f"t = {found:g} s")
+                raise OptionError(text) from None
+            system, x, settings = own
         again = None if made is None else PointOfRun(made, found)
         return OperatingPoint(
-            piece.system,
+            system,
             found,
-            piece.x[k].copy(),
+            x,
             self.theta,
-            piece.settings[k].copy(),
+            settings,
             again=again,
             program_inputs={
                 k: rows[rows[:, 0] <= found] for k, rows in self.program_inputs.items()
