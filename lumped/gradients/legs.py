@@ -7,19 +7,19 @@ dealt with in stretches, over the changes between its smooth parts.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Container, Sequence
-from dataclasses import dataclass
-from typing import NoReturn
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.errors import SolverError
 from lumped.gradients.jumps import Crossing, Side
 from lumped.gradients.spans import Span
 from lumped.gradients.steps import Steps, steps_of
 from lumped.points.start import run_start
 from lumped.simulation.simulate import interruptible, recorder, run_on
+from lumped.timeloop.leading_states import states_of
+from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder, SparingRecorder
 from lumped.timeloop.results.trajectory import Piece, Trajectory
 from lumped.timeloop.run_options import RunPlan
@@ -177,9 +177,37 @@ def record_run(system: System, plan: RunPlan) -> Trajectory:
     point = run_start(system, plan)
     if not system.structure.states:
         return run_on(point, plan, recorder(point, plan, GRID))
-    if system.structure.implicit:
-        return run_on(point, plan, Recorder(point, plan.until, None, True))
-    return run_on(point, plan, SparingRecorder(point, plan.until, _KEPT_BYTES))
+
+    def output(begin: OperatingPoint) -> Recorder:
+        if begin.system.structure.implicit or begin.system.structure.redundant:
+            return Recorder(begin, plan.until, None, True)
+        return SparingRecorder(begin, plan.until, _KEPT_BYTES)
+
+    return run_in_one(point, plan, output)
+
+
+def run_in_one(
+    point: OperatingPoint, plan: RunPlan, output: Callable[[OperatingPoint], Recorder]
+) -> Trajectory:
+    """A run in the same coordinates from its begin to its end, redundant ones if it ends in these.
+
+    Parameters
+    ----------
+    output : callable
+        Gives what takes the output of a run from a point.
+    """
+    run = run_on(point, plan, output(point))
+    if run.pieces[-1].system is run.system:
+        return run
+    point = _free(point, run.pieces[-1].system)
+    return run_on(point, plan, output(point))
+
+
+def _free(point: OperatingPoint, system: System) -> OperatingPoint:
+    """A point in the redundant coordinates of another system."""
+    x, implicit = states_of(point.system, system)(*point.inputs)
+    settings = np.concatenate([point.settings[: system.structure.mode_count], implicit])
+    return replace(point, system=system, x=x, settings=settings, again=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,34 +241,13 @@ class SmoothParts:
 
 
 def pieces_of(run: Trajectory) -> list[Piece]:
-    """Smooth parts of a run as they were recorded.
-
-    Raises
-    ------
-    SolverError
-        If states change places.
-    """
-    pieces = [piece for piece in run.pieces if len(piece.t)]
-    for piece in pieces:
-        if piece.system is not run.system:
-            _refuse_exchange(run, float(piece.t[0]))
-    return pieces
+    """Smooth parts of a run as they were recorded."""
+    return [piece for piece in run.pieces if len(piece.t)]
 
 
 def legs_of(run: Trajectory) -> list[Leg]:
     """The same of a run that was recorded at the steps of the solver."""
     return [Leg(run, piece) for piece in pieces_of(run)]
-
-
-def _refuse_exchange(run: Trajectory, t: float) -> NoReturn:
-    """Say why derivatives end where another motion leads, and what to do."""
-    last = [e for e in run.events if e.kind == "states" and e.time <= t][-1]
-    raise SolverError(
-        f"{run.system.name}: at t = {t:.9g} s states change places: {last.after} leads instead of "
-        f"{last.before}. Derivatives are not followed across that. Declare {last.after} with "
-        "state='always', so that it leads from the start, or end the run before.",
-        run,
-    )
 
 
 @dataclass(frozen=True)

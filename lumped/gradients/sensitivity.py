@@ -16,7 +16,7 @@ from lumped.functionals import Functional
 from lumped.functionals.functional import readings_of
 from lumped.gradients.forward import AGREE, Followed, Forward, coincide
 from lumped.gradients.functional_values import Chained, RunReadings, check, differ, refuse
-from lumped.gradients.legs import GRID, SmoothParts, legs_of, pieces_of
+from lumped.gradients.legs import GRID, SmoothParts, legs_of, pieces_of, run_in_one
 from lumped.gradients.sensitivity_result import MovedInstant, Sensitivity
 from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
@@ -28,7 +28,7 @@ from lumped.gradients.varied import (
     tighten,
 )
 from lumped.points.start import run_start
-from lumped.simulation.simulate import recorder, run_on
+from lumped.simulation.simulate import recorder
 from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
@@ -92,8 +92,8 @@ def sensitivity(
         number.
     SolverError
         If derivatives to both sides differ, a border is touched without being crossed, several
-        changes follow each other at one instant, or states change places: where the run has no
-        derivative, or none that is followed.
+        changes follow each other at one instant: where the run has no derivative, or none that is
+        followed.
     """
     if not (grid is None or isinstance(grid, int)):
         raise OptionError(
@@ -114,14 +114,15 @@ def sensitivity(
 
     def run(grid: int | None) -> Trajectory:
         point = run_start(system, plan)
-        return run_on(point, plan, recorder(point, plan, grid))
+        return run_in_one(point, plan, lambda begin: recorder(begin, plan, grid))
 
     every = None if system.structure.states else GRID
     steps = run(every) if functionals or system.switching else None
     found = None
     if names:
         if steps is not None and not functionals:
-            refuse_touches(SmoothParts(steps, legs_of(steps), steps_of(system, ()), fine), True)
+            own = steps_of(steps.system, ())
+            refuse_touches(SmoothParts(steps, legs_of(steps), own, fine), True)
         found = varied.go(steps if steps is not None and grid == every else run(grid), side)
     if not functionals:
         assert found is not None
@@ -160,11 +161,17 @@ class Varied:
         for column, place in enumerate(self.places):
             if place >= 0:
                 self.seed[place, column] = self.scale[column]
-        self.forward = Forward(steps_of(system, ()), self.seed, rtol)
+        self._forwards: dict[System, Forward] = {}
+
+    def _forward(self, system: System) -> Forward:
+        """The equations of the derivatives; runs may be led by other states than was asked for."""
+        if system not in self._forwards:
+            self._forwards[system] = Forward(steps_of(system, ()), self.seed, self.rtol)
+        return self._forwards[system]
 
     def go(self, run: Trajectory, side: Side = "both") -> Sensitivity:
         """Follow the derivatives along the pieces of a run."""
-        forward = copy(self.forward)  # with a count of evaluations of its own
+        forward = copy(self._forward(run.system))  # with a count of evaluations of its own
         begin = slopes_at_start(run, self.given, self.seed, self.varied)
         pieces, crossings = pieces_of(run), forward.crossings(run)
         several = any(len(crossing.orders) > 1 for crossing in crossings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import casadi as ca
 import numpy as np
 
 from lumped.compiler.structure import Name
@@ -11,6 +12,7 @@ from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError
 from lumped.points.start import by_name
 from lumped.points.start_slopes import start_slopes
+from lumped.timeloop.leading_states import states_of
 from lumped.timeloop.programs import refuse_programs
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
@@ -20,6 +22,9 @@ TIGHTER = 3e-3
 
 END = "until"
 """Name by which the end of a run is varied."""
+
+_ROUNDING = 1e-9
+"""What the start of a run in redundant coordinates may differ by, relative or absolute."""
 
 
 def tighten(rtol: float) -> float:
@@ -90,16 +95,36 @@ def slopes_at_start(
     SolverError
         If states jump there.
     """
-    first = run.pieces[0]
-    x, S = start_slopes(run.system, run.theta, start, float(first.t[0]), seed, varied)
-    if np.abs(x - first.x[0]).max(initial=0.0) > 0:
+    first, system = run.pieces[0], run.system.bound
+    x, S = start_slopes(system, run.theta, start, float(first.t[0]), seed, varied)
+    _refuse_fixed(system, varied, S)
+    rounding = 0.0
+    if system is not run.system:
+        x, S = _free_slopes(system, run, x, S, seed)
+        rounding = _ROUNDING
+    if (np.abs(x - first.x[0]) > rounding * np.maximum(1.0, np.abs(x))).any():
         raise SolverError(
             f"{run.system.name}: bodies collide at the start; derivatives are not "
             "followed across that. Give start values after the impact.",
             run,
         )
-    _refuse_fixed(run.system, varied, S)
     return S
+
+
+def _free_slopes(
+    system: System, run: Trajectory, x: np.ndarray, S: np.ndarray, seed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """States at the start of a run in redundant coordinates from those that lead; derivatives."""
+    first = run.pieces[0]
+    here = first.x[0], run.theta, float(first.t[0]), first.settings[0]
+    _, implicit = states_of(run.system, system)(*here)
+    settings = np.append(first.settings[0][: system.structure.mode_count], implicit)
+    inputs = x, run.theta, float(first.t[0]), settings
+    found = system.structure.values.of(run.system.structure.states)
+    slopes = [ca.jacobian(found, along) for along in system.inputs[:2]]
+    by_states, by_parameters = ca.Function("slopes", system.inputs, slopes)(*inputs)
+    whole = by_states.sparse() @ S + by_parameters.sparse() @ seed
+    return states_of(system, run.system)(*inputs)[0], whole
 
 
 def _refuse_fixed(system: System, varied: Mapping[int, np.ndarray], S: np.ndarray) -> None:

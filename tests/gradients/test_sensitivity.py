@@ -16,7 +16,7 @@ from lumped.components import (
     SpringDamper,
     Torque,
 )
-from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.errors import OptionError, UnknownNameError
 
 
 @pytest.fixture
@@ -140,31 +140,6 @@ def test_a_closed_linkage_agrees_with_its_closed_form():
     y = np.sqrt(4 - x**2)
     assert worst(found["y", "v"], -x * found.run.t / y) < 1e-9
     assert worst(found["y", "l"], 2.0 / y) < 1e-9
-
-
-def test_states_that_change_places_are_refused():
-    def equations(self):
-        yield lp.der(self.x) == self.u
-        yield lp.der(self.y) == self.v
-        yield lp.der(self.u) == -self.f * self.x
-        yield lp.der(self.v) == -self.f * self.y - self.g
-        yield self.x**2 + self.y**2 == 1.0
-
-    system = lp.assemble(
-        one(
-            equations,
-            g=lp.param("m/s2", "gravity", 10.0),
-            x=lp.var("m", "across", start=0.8),
-            y=lp.var("m", "up", start=-0.6),
-            u=lp.var("m/s", "speed across"),
-            v=lp.var("m/s", "speed up"),
-            f=lp.var("1/s2", "force of the rod over mass and length"),
-        )
-    )
-    options = {"by": ["g"], "until": 3.0, "start": {"u": 6.0}}
-    refused(
-        SolverError, lambda: lp.sensitivity(system, of=["x"], **options), "states change places"
-    )
 
 
 def test_what_was_not_differentiated_and_instants_outside_of_the_run_are_refused(oscillator):
