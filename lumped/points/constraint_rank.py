@@ -48,7 +48,8 @@ class _Constraints(NamedTuple):
 @made_once
 def _constraints(system: System) -> _Constraints:
     loops = OpenLoops(system.structure.reduced)
-    rows, left = loops.list_constraints()
+    rows, parts = loops.list_constraints()
+    left = ca.vertcat(ca.SX(0, 1), *parts)
     candidates = ca.vertcat(loops.guesses, loops.states)
     matrix = ca.jacobian(left, candidates)
     columns = sorted(set(matrix.sparsity().get_triplet()[1]))

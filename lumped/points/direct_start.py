@@ -12,11 +12,11 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.compiler.constraints import declared_followers
 from lumped.compiler.system import System
 from lumped.kernel.instants.holds import STANDSTILL
 from lumped.language.quantity import within
 from lumped.points.start_search import ROUNDING
-from lumped.points.start_values import declares_followers
 from lumped.points.target_values import target_values
 from lumped.points.targets import TOLERANCE, find_determined
 from lumped.support.array_function import ArrayFunction
@@ -146,7 +146,7 @@ def _find_direct_states(
     """
     structure = system.structure
     flat, reduced = structure.flat, structure.reduced
-    if structure.implicit or declares_followers(system):
+    if structure.implicit or declared_followers(system):
         return None
     place = {node: i for i, node in enumerate(reduced.states)}
     signs = reduced.aliases.signs

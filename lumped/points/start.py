@@ -286,7 +286,13 @@ def point_or_start(
     """
     if at is not None and parameters:
         raise OptionError(f"{analysis}: give the parameters when making the operating point `at`.")
-    return at or start_point(system, parameters=parameters)
+    point = at or start_point(system, parameters=parameters)
+    if point.system.structure.redundant:
+        raise OptionError(
+            f"{analysis}: at this point a linkage of {system.name} is so near a position in which "
+            "its constraints depend on each other that no states lead it. Choose another point."
+        )
+    return point
 
 
 def by_name(start: object) -> Changes:

@@ -179,9 +179,8 @@ class StartSearch:
                         "Remove the start value."
                     )
                 continue
-            store = self.fixed if node in self.position else self.targets
-            if self._is_assembly(node):
-                store = self.guessed
+            usual = self.fixed if node in self.position else self.targets
+            store = self.guessed if self._is_assembly(node) else usual
             if node in store and not np.isclose(store[node][1], value, rtol=1e-12, atol=0):
                 raise StartError(
                     f"Start values contradict each other: {self._text(store[node][0])} and "
@@ -328,8 +327,7 @@ class StartSearch:
         self._stop(holds, used, turned & ~self.system.switching.has_gap)
         self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * ROUNDING)
         x[self.system.structure.in_use] = used
-        timed = modes_at(self.system, trial.theta, just_after(self.time))
-        begin = np.concatenate([timed, guesses])
+        begin = np.append(modes_at(self.system, trial.theta, just_after(self.time)), guesses)
         try:
             settings = calm_positions(self.system, trial.theta, self.time, used, begin)
         except SolverError as error:

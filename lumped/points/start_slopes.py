@@ -9,13 +9,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from lumped.compiler.constraints import constraints_of
 from lumped.compiler.system import Changes, System
 from lumped.errors import StartError
-from lumped.points.consistent_point import is_doubtful, tied_values
 from lumped.points.direct_start import direct_slopes, direct_start
 from lumped.points.start import by_name, find_start, start_by_states
 from lumped.points.start_search import StartSearch
 from lumped.points.start_values import read_start_values
+from lumped.timeloop.leading_states import tied_values
 from lumped.timeloop.results.operating_point import OperatingPoint
 
 
@@ -86,7 +87,7 @@ def _search(system: System, theta: np.ndarray, start: Changes, time: float) -> S
         return search
     begin, missing = search.x.copy(), set[int]()
     if not led:
-        values = tied_values(system, point)
+        values = tied_values(system, system, point.inputs)
         for unknown, raw in (search.starts | search.given).items():
             node, value = search.reduced.node(unknown), search.signed(unknown, raw)
             if node in values and abs(values[node] - value) <= 1e-9 * max(1.0, abs(value)):
@@ -108,7 +109,7 @@ def _search(system: System, theta: np.ndarray, start: Changes, time: float) -> S
 
 
 def _may_be_led(system: System) -> bool:
-    return is_doubtful(system) and not system.structure.flat.initial
+    return bool(constraints_of(system)) and not system.structure.flat.initial
 
 
 def _own(*made: Any) -> OperatingPoint | None:

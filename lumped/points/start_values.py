@@ -79,10 +79,3 @@ def relative_positions(system: System) -> list[int]:
         if n in system.structure.members
         and tree.quantity(system.structure.members[n]).unit in _POSITIONS
     ]
-
-
-def declares_followers(system: System) -> bool:
-    """Whether tied quantities that are no states have declared values, which may not hold."""
-    reduced = system.structure.reduced
-    follows = reduced.tied - set(reduced.states)
-    return any(reduced.node(unknown) in follows for unknown in system.structure.flat.starts)

@@ -31,8 +31,6 @@ class TargetValues:
     ----------
     places : list
         Where each initial equation is declared.
-    entries : tuple of ndarray
-        Rows and columns of the derivatives that are not always zero.
     expression : SX
         Values as an expression.
     has_positions : bool
@@ -46,13 +44,31 @@ class TargetValues:
         self._inputs, self.expression = [values.states, *inputs], expression
         self.has_positions = bool(ca.depends_on(expression, inputs[-1]))
         parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
-        jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
-        results = [expression, jacobian]
-        self._call = ArrayFunction(ca.Function("targets", self._inputs, results))
-        rows, columns = jacobian.sparsity().get_triplet()
-        self.entries = np.array(rows, dtype=int), np.array(columns, dtype=int)
-        self._shape = jacobian.shape
+        self._unknowns = ca.vertcat(values.states, parameters)
+        self._shape = expression.numel(), self._unknowns.numel()
+        self._values = ArrayFunction(ca.Function("targets", self._inputs, [expression]))
         self.known: tuple[object, tuple[list[int], np.ndarray]] | None = None
+
+    @cached_property
+    def _slopes(self) -> ca.SX:
+        return ca.jacobian(self.expression, self._unknowns)
+
+    @cached_property
+    def entries(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of the derivatives that are not always zero."""
+        rows, columns = self._slopes.sparsity().get_triplet()
+        return np.array(rows, dtype=int), np.array(columns, dtype=int)
+
+    @cached_property
+    def _call(self) -> ArrayFunction:
+        results = [self.expression, self._slopes]
+        return ArrayFunction(ca.Function("targets", self._inputs, results))
+
+    def values(
+        self, x: np.ndarray, theta: np.ndarray, time: float, settings: np.ndarray
+    ) -> np.ndarray:
+        """Values at a point; no derivatives are made for that."""
+        return self._values(x, theta, time, settings)[0]
 
     @cached_property
     def by_parameters(self) -> ca.Function:

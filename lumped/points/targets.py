@@ -20,7 +20,9 @@ from lumped.timeloop.settings import close_settings
 TOLERANCE = 1e-9
 _ROUNDING = 1e-12
 """Largest miss that counts as rounding, relative to the terms that cancel."""
-_SHORTEST = 1e-4
+_INFINITE = 1e12
+"""Size of unknowns that went to infinity, as a speed that a slider shall have at a dead centre."""
+_SMALL = 1e-4  # part of a way, or of what is wanted
 
 
 class Targets:
@@ -66,9 +68,8 @@ class Targets:
         self.modes = np.zeros(0)
         self.unknowns = [unknown for unknown, _ in given.values()]
         self.count = len(system.structure.reduced.states)
-        self._evaluate = target_values(system, tuple(given), tuple(free))
-        self.places = self._evaluate.places
-        self.have_positions = self._evaluate.has_positions
+        self._evaluate = found = target_values(system, tuple(given), tuple(free))
+        self.places, self.have_positions = found.places, found.has_positions
         self._last: tuple[np.ndarray, np.ndarray, tuple[np.ndarray, Matrix]] | None = None
         wanted = [value for _, value in given.values()]
         self.wanted = np.array(wanted + [0.0] * len(self.places))
@@ -131,22 +132,22 @@ class Targets:
         miss = value - self.wanted
         missed = self._mark_missed(miss, self.wanted, matrix, z)
         usable = self._columns(matrix, complain=False)[1]
-        size = np.maximum(1.0, np.abs(self.wanted))
-        far = float(np.linalg.norm(miss / size))
+        far = float(np.linalg.norm(miss / np.maximum(1.0, np.abs(self.wanted))))
         return missed, bool(np.delete(missed, usable).any()), len(miss) - len(usable), far
 
     def residual(self, x: np.ndarray, theta: np.ndarray) -> tuple[float, str]:
-        """How far the worst target is missed, and which; its name is empty where all are met.
-
-        Relative to what is wanted if that is above one.
-        """
+        """How far the worst target is missed, as `_miss` says, and its name if any is missed."""
         self.theta = theta
-        z = np.concatenate([x, theta[self.free]])
-        value, matrix = self._at(z)
-        miss = np.abs(value - self.wanted) / np.maximum(1.0, np.abs(self.wanted))
-        missed = self._mark_missed(value - self.wanted, self.wanted, matrix, z)
-        worst = int(np.argmax(np.where(missed, miss, -1.0))) if missed.any() else -1
-        return float(miss.max(initial=0.0)), self._text(worst) if worst >= 0 else ""
+        return self._residual(np.concatenate([x, theta[self.free]]))
+
+    def _residual(self, z: np.ndarray) -> tuple[float, str]:
+        miss = self._miss(z)
+        far, worst = float(miss.max(initial=0.0)), -1
+        if not (far <= TOLERANCE and np.abs(z).max(initial=0.0) <= _INFINITE):  # nan too
+            value, matrix = self._at(z)
+            missed = self._mark_missed(value - self.wanted, self.wanted, matrix, z)
+            worst = int(np.argmax(np.where(missed, miss, -1.0))) if missed.any() else -1
+        return far, self._text(worst) if worst >= 0 else ""
 
     @property
     def value(self) -> ca.SX:
@@ -171,6 +172,13 @@ class Targets:
             self._last = z, self.modes, found
         return self._last[2]
 
+    def _miss(self, z: np.ndarray) -> np.ndarray:
+        """How far each target is missed, relative to what is wanted if that is above one."""
+        x, theta = z[: self.count], self._parameters(z)
+        value = self._evaluate.values(x, theta, self.time, self._settings(x, theta))
+        miss: np.ndarray = np.abs(value - self.wanted) / np.maximum(1.0, np.abs(self.wanted))
+        return miss
+
     def _settings(self, x: np.ndarray, theta: np.ndarray) -> np.ndarray:
         used = x[self.system.structure.in_use]
         return close_settings(self.system, used, theta, self.time, self.modes, self.guesses)
@@ -179,23 +187,21 @@ class Targets:
     def _mark_missed(
         miss: np.ndarray, goal: np.ndarray, matrix: Matrix, z: np.ndarray
     ) -> np.ndarray:
-        allowed = TOLERANCE * np.maximum(1.0, np.abs(goal))
-        rounding = _ROUNDING * abs(matrix) @ abs(z)
-        missed: np.ndarray = ~(np.abs(miss) <= np.maximum(allowed, rounding))
+        size = np.maximum(1.0, np.abs(goal))
+        rounding = np.minimum(_ROUNDING * abs(matrix) @ abs(z), _SMALL * size)
+        missed: np.ndarray = ~(np.abs(miss) <= np.maximum(TOLERANCE * size, rounding))
+        missed |= (abs(matrix) > 0) @ (abs(z) > _INFINITE).astype(float) > 0
         return missed
 
     def _directly(self, begin: np.ndarray) -> np.ndarray | None:
         """Newton's method with the unknowns that determine the targets where it begins."""
-        value, matrix = self._at(begin)
-        columns, rows = self._columns(matrix, complain=False)
+        if not self.free and self._miss(begin).max(initial=0.0) <= _ROUNDING:
+            return begin
+        columns, rows = self._columns(self._at(begin)[1], complain=False)
         if not set(range(self.count, self.count + len(self.free))) <= set(columns):
             return None
         last, found = self._newton(begin, self.wanted, columns, rows)
-        if not found:
-            return None
-        value, matrix = self._at(last)
-        missed = self._mark_missed(value - self.wanted, self.wanted, matrix, last)
-        return None if missed.any() else last
+        return last if found and not self._residual(last)[1] else None
 
     def _generic(self, begin: np.ndarray) -> tuple[np.ndarray, list[int], np.ndarray]:
         """A point nearby where nothing vanishes by chance, and what determines the targets there.
@@ -247,7 +253,7 @@ class Targets:
             last, found = self._newton(z, goal, columns, rows, most=8)
             if found:
                 z, reached, length = last, trial, 2 * length
-            elif length < _SHORTEST:
+            elif length < _SMALL:
                 return None
             else:
                 length /= 4
@@ -355,7 +361,7 @@ def find_determined(
             rows[i][j] = (v, CONSTANT)
     states = system.structure.reduced.states
     rank = [_rank(system, n) for n in states] + [-1] * (matrix.shape[1] - len(states))
-    dependent, unused = select_dependent(rows, np.array(rank))
+    dependent, _, unused = select_dependent(rows, np.array(rank))
     return dependent, np.setdiff1d(np.arange(matrix.shape[0]), unused)
 
 
