@@ -3,8 +3,8 @@
     python -m benchmarks [name ...]
 
 Each script writes its tables to ``results`` as CSV; this one sets them in ``results/README.md``,
-with the machine and the versions, the most telling numbers in ``docs/benchmarks.md``, and three
-rows in the README.
+with the machine and the versions, the most telling numbers in ``docs/benchmarks.md`` and
+``docs/published.md``, and three rows in the README.
 """
 
 import csv
@@ -19,7 +19,7 @@ from pathlib import Path
 
 import benchmarks
 from benchmarks.harness import RESULTS
-from benchmarks.report import front_page, summary
+from benchmarks.report import front_page, published_page, summary
 
 VERSIONS = ("casadi", "numpy", "scipy", "llvmlite")
 
@@ -83,6 +83,7 @@ def main(wanted: list[str]) -> None:
     write_page(questions)
     root = Path(__file__).parents[1]
     summary.write(root / "docs" / "benchmarks.md")
+    published_page.write(root / "docs" / "published.md")
     front_page.write(root / "README.md")
 
 

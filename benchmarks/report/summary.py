@@ -5,7 +5,6 @@ from pathlib import Path
 
 from benchmarks.harness import RESULTS
 
-BEGIN, END = "<!-- benchmarks -->\n", "<!-- end of benchmarks -->\n"
 THREE, ROW, CLUTCHES = "three masses, 2 s", "300 masses, 1 s", "three clutches, 1.5 s"
 INSIDE, FIRST = "lumped, inside the loop", "ratio to the first"
 
@@ -163,11 +162,16 @@ def summary() -> list[tuple[str, str, str]]:
     ]
 
 
+def set_between(page: Path, mark: str, lines: list[str]) -> None:
+    """Set lines in a page, between two comments that name them."""
+    begin, end = f"<!-- {mark} -->\n", f"<!-- end of {mark} -->\n"
+    before, rest = page.read_text(encoding="utf-8").split(begin)
+    _, after = rest.split(end)
+    page.write_text(before + begin + "\n".join(lines) + "\n" + end + after, encoding="utf-8")
+
+
 def write(page: Path) -> None:
-    """Set the table in a page, between its marks."""
+    """Set the table in a page."""
     head = ["| question | benchmark | answer |", "|---|---|---|"]
     lines = [f"| {what} | `{name}` | {answer} |" for what, name, answer in summary()]
-    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    _, after = rest.split(END)
-    table = "\n".join([*head, *lines]) + "\n"
-    page.write_text(before + BEGIN + table + END + after, encoding="utf-8")
+    set_between(page, "benchmarks", [*head, *lines])

@@ -202,6 +202,14 @@ def test_the_tables_of_the_benchmarks_are_those_of_their_files(monkeypatch):
     assert [path.name for path in tables if as_markdown(path) not in page] == []
 
 
+def test_the_table_of_published_problems_is_that_of_their_file(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT)
+    from benchmarks.report import published_page
+
+    page = (DOCS / "published.md").read_text(encoding="utf-8")
+    assert "\n".join(published_page.lines()) in page
+
+
 def test_the_page_on_installation_names_all_extras():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     page = (DOCS / "install.md").read_text(encoding="utf-8")

@@ -7,6 +7,7 @@ damping. The published start is declared, nothing is said about states.
 import numpy as np
 
 import lumped as lp
+from benchmarks.published.problem import ByHand, Problem, accelerate
 from lumped.ops import cos, sin
 
 POSITIONS = (0.0, 0.0, 0.450016933, 0.0, 0.0, 0.103339863e-4, 0.169327969e-4)
@@ -50,6 +51,8 @@ def _dot(numbers, values):
 
 
 class ElasticCrank(lp.Component):
+    """Positions p, speeds v, accelerations w, and the forces of three constraints."""
+
     for _i in range(7):
         locals()[f"p{_i + 1}"] = lp.var("1", "", POSITIONS[_i])
         locals()[f"v{_i + 1}"] = lp.var("1", "", SPEEDS[_i])
@@ -109,3 +112,46 @@ class ElasticCrank(lp.Component):
         yield L1 * sin(p[0]) + long * sin(p[1]) == 0
         yield p[2] == L1 * cos(p[0]) + long * cos(p[1])
         yield p[0] == 150.0 * lp.time
+
+
+def rate(_: float, z: np.ndarray) -> np.ndarray:
+    """The same in NumPy: accelerations that keep the constraints."""
+    q, qd, one, two = z[3:7], z[10:], z[7], z[8]
+    c, s = np.cos(z[0] - z[1]), np.sin(z[0] - z[1])
+    along, across, arm = c * C1 + s * C2, c * C2 - s * C1, L1 * RHO
+    mass = np.zeros((7, 7))
+    mass[0, 0] = J1 + M2 * L1**2
+    mass[0, 1] = mass[1, 0] = 0.5 * L1 * L2 * M2 * c + arm * (along @ q)
+    mass[1, 1], mass[2, 2] = J2 + q @ M @ q + 2 * RHO * (C12 @ q), M3
+    mass[0, 3:] = mass[3:, 0] = arm * across
+    mass[1, 3:] = mass[3:, 1] = RHO * (C21 + q @ B)
+    mass[3:, 3:] = M
+    long, turned = L2 + q[3], 0.5 * L1 * L2 * M2 * s
+    c1, s1, c2, s2 = np.cos(z[0]), np.sin(z[0]), np.cos(z[1]), np.sin(z[1])
+    slope = np.zeros((3, 7))
+    slope[0, [0, 1, 6]] = L1 * c1, long * c2, s2
+    slope[1, [0, 1, 2, 6]] = L1 * s1, long * s2, 1.0, -c2
+    slope[2, 0] = 1.0
+    force = np.zeros(7)
+    force[0] = two**2 * (arm * (across @ q) - turned) - 2 * arm * two * (along @ qd)
+    force[1] = one**2 * (turned - arm * (across @ q))
+    force[1] -= 2 * two * (RHO * (C12 @ qd) + qd @ M @ q) + RHO * (qd @ B @ qd)
+    force[3:] = two**2 * (M @ q + RHO * C12) + arm * one**2 * along + 2 * RHO * two * (B @ qd)
+    force[3:] -= K @ q
+    bent = [
+        -L1 * s1 * one**2 - long * s2 * two**2 + 2 * two * c2 * qd[3],
+        L1 * c1 * one**2 + long * c2 * two**2 + 2 * two * s2 * qd[3],
+        0.0,
+    ]
+    return np.concatenate([z[7:], accelerate(mass, slope, force, np.array(bent))])
+
+
+ELASTIC_CRANK = Problem(
+    "slider crank, elastic rod",
+    "IVP test set, crank",
+    ElasticCrank,
+    0.1,
+    END,
+    ByHand(rate, (*POSITIONS, *SPEEDS), lambda z: z[1:7]),
+    digits=3e-8,
+)
