@@ -337,12 +337,11 @@ class RunBySteps(Simulation):
                 f"a linkage or implicit equation could not be followed beyond t = {t:.9g} s. Ask "
                 "for more output points, or check its range."
             )
-        if why == GIVEN_UP and run.plant.invariants and run.independence < NEAR:
-            part = next(e.component for e in self.events if e.kind == "states")
+        if why != TOO_MANY and run.plant.invariants and run.independence < NEAR:
             self.refuse(
-                f"at t = {t:.9g} s the linkage of {part} passes a position in which constraints "
-                f"depend on each other; rounding there is more than rtol = {self.rtol:g} allows. "
-                "Loosen rtol, or change the lengths a little."
+                f"at t = {t:.9g} s a linkage passes a position, or rests in one, in which its "
+                f"constraints depend on each other; rounding there is more than "
+                f"rtol = {self.rtol:g} allows. Loosen rtol, or change the lengths a little."
             )
         if why == GIVEN_UP:
             tolerated = self.atol + self.rtol * np.abs(x)

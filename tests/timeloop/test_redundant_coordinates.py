@@ -97,6 +97,21 @@ def test_a_parallelogram_starts_beside_the_position_with_all_bars_in_line(near):
     assert np.abs(run["b2.phi"]).max() < 1e-7
 
 
+@pytest.mark.parametrize("near", [1e-9, 1e-7, 1e-4])
+def test_a_parallelogram_falls_from_rest_beside_the_position_with_all_bars_in_line(near):
+    """Its cranks turn alike: 0.415 kg.m2 and 1 kg.m in all, by SciPy."""
+    model = bars().with_({f"b{k}.g": G for k in (1, 2, 3)})
+    start = {f"b{k}.phi": near * (k != 2) for k in (1, 2, 3)}
+    start |= {f"b{k}.w": 0.0 for k in (1, 2, 3)}
+    run = lp.simulate(lp.assemble(model), until=1.0, rtol=1e-8, start=start, grid=[1.0])
+
+    def rates(_, z):
+        return [z[1], -G * np.cos(z[0]) / 0.415]
+
+    end = solve_ivp(rates, (0, 1), [near, 0.0], "DOP853", rtol=1e-12, atol=1e-12).y[0, -1]
+    assert [run["b1.phi"][-1], run["b3.phi"][-1]] == pytest.approx([end, end], abs=1e-6)
+
+
 def test_speeds_that_fit_no_branch_are_refused():
     """In line the joints allow them, as 0.5 2 + 0.5 = 0.5 3, but none turns so on the way on."""
     start = {"b1.phi": 1e-11, "b2.phi": 0.0, "b3.phi": 1e-11, "b2.w": 0.5, "b3.w": 3.0}

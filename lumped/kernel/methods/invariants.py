@@ -8,8 +8,6 @@ than that limit; it is interpolated from both sides of the position, along the p
 
 from __future__ import annotations
 
-import math
-
 from lumped.code.words import Numbers, copy_numbers, kernel, sqrt
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
@@ -63,8 +61,7 @@ def find_rates_on_invariants(run: Run, x: Numbers, t: float, out: Numbers) -> No
     if _find_reach(run, x, t):
         _interpolate(run, x, t, independence, out)
     else:
-        for i in range(run.plant.states):
-            out[i] = math.inf
+        evaluate(run.plant.rates, run, x, t, run.m, out)
 
 
 @kernel
