@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 import casadi as ca
 import numpy as np
 import scipy
@@ -146,10 +148,17 @@ def constraints_of(system: System) -> list[Constraints]:
     )
     wanted = set(owner[: len(rows)][varies].tolist())
     wanted |= {int(owner[len(rows) + node]) for node in declared_followers(system)}
-    found = []
-    for number in sorted(wanted):
-        own = np.flatnonzero(owner[: len(rows)] == number)
-        tied = np.unique(node[np.isin(row, own)]).tolist()
-        kept = [rows[i] for i in own.tolist()]
-        found.append(Constraints(system, kept, tied, varying=bool(varies[own].any())))
-    return found
+    own, tied = defaultdict[int, list[int]](list), defaultdict[int, set[int]](set)
+    for i, number in enumerate(owner[: len(rows)].tolist()):
+        own[number].append(i)
+    for number, n in zip(owner[row].tolist(), node.tolist(), strict=True):
+        tied[number].add(n)
+    return [
+        Constraints(
+            system,
+            [rows[i] for i in own[number]],
+            sorted(tied[number]),
+            varying=bool(varies[own[number]].any()),
+        )
+        for number in sorted(wanted)
+    ]

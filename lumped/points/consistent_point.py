@@ -171,9 +171,9 @@ def _check_branch(
     bent = float(np.abs(aside - x)[~is_position].max(initial=0.0))
     if not (is_sharp or bent <= _BENT * speed):
         raise StartError(
-            f"{system.name}: at the start links are in line, all but {reach * speed:.1g}, and with "
-            "these speeds they do not move on: they fit none of the branches. Give the speeds of "
-            "one, or start beside it."
+            f"{system.name}: at the start links are nearly in line, and with these speeds they do "
+            "not move on: they fit none of the branches. Give the speeds of one, or start farther "
+            "from that position."
         )
 
 

@@ -36,7 +36,7 @@ def test_errors_follow_the_tolerance_in_all_coordinates(rtol, method):
 
 
 def test_steps_are_about_those_of_the_angle():
-    """Coordinates have twice the frequencies of the angle, and three of four that it has steps."""
+    """Steps are of order eight, and coordinates have up to twice the frequencies of the angle."""
 
     class Angle(lp.Component):
         phi: lp.Var = lp.var("rad", "", 0.0)
@@ -50,7 +50,7 @@ def test_steps_are_about_those_of_the_angle():
         lp.simulate(lp.assemble(model), until=60.0, rtol=1e-8, grid=None, method="explicit").steps
         for model in (pendulum(8.0), Angle())
     ]
-    assert steps[0] < 1.8 * steps[1]
+    assert steps[0] < 1.65 * steps[1]
 
 
 def bars(**starts):
@@ -115,7 +115,7 @@ def test_a_parallelogram_falls_from_rest_beside_the_position_with_all_bars_in_li
 def test_speeds_that_fit_no_branch_are_refused():
     """In line the joints allow them, as 0.5 2 + 0.5 = 0.5 3, but none turns so on the way on."""
     start = {"b1.phi": 1e-11, "b2.phi": 0.0, "b3.phi": 1e-11, "b2.w": 0.5, "b3.w": 3.0}
-    with pytest.raises(StartError, match=r"all but .* fit none of the branches"):
+    with pytest.raises(StartError, match=r"nearly in line.*fit none of the branches"):
         lp.start_point(lp.assemble(bars()), start=start)
 
 

@@ -20,7 +20,7 @@ NEAR, _FAR = 1e-7, 2e-5
 are taken instead."""
 _DOUBLINGS = 60
 _ROUNDING = 1e-13
-"""Of rates, relative to the square of speeds, times the cube of the independence."""
+"""Of rates, relative to the square of speeds, times the cube of the sine between invariants."""
 _WEIGHTS = (56.0 / 70.0, -28.0 / 70.0, 8.0 / 70.0, -1.0 / 70.0)
 """Of values at one to four distances to each side, in the value between them, of order eight."""
 
