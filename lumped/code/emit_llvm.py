@@ -28,7 +28,7 @@ from lumped.code.operations import (
     places_read,
 )
 
-_CHUNK = 400
+_CHUNK = 4000
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
 
 _MOST_ON_STACK = 4096

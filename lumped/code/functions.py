@@ -63,6 +63,17 @@ def load_functions(functions: Mapping[str, Operations]) -> Code | None:
     return load_code(_source_of(functions))
 
 
+def compile_written(key: str, write: Callable[[], Operations], lanes: int) -> Code:
+    """Machine code of a function named ``step`` that is written when it is needed."""
+    source = _source(f"step {lanes}", key)
+    return _compile(source, "", lanes, lambda: assembly(write(), "step", lanes))
+
+
+def load_written(key: str, lanes: int) -> Code | None:
+    """The same if it was made before, else None."""
+    return load_code(_source(f"step {lanes}", key))
+
+
 def _source_of_columns(function: Operations, columns: int, columns_from: int) -> str:
     return _source(f"{columns} {columns_from}", function.key.hex())
 

@@ -345,11 +345,12 @@ class LlvmFunction(Writer):
 
     def library(self, name: str, values: list[Value]) -> Value:
         if values[0].kind == "wide":
-            if name not in ("sqrt", "fabs"):
+            if name not in ("sqrt", "fabs", "fmin", "fmax"):
                 return self._call_in_lanes(name, values)
-            whole, symbol = self._type("wide"), f"llvm.{name}.v{self.lanes}f64"
-            self.declared.add(f"declare {whole} @{symbol}({whole})")
-            return self._put(f"call {whole} @{symbol}({whole} {values[0].text})", "wide")
+            whole, symbol = self._type("wide"), f"llvm.{INTRINSIC[name]}.v{self.lanes}f64"
+            self.declared.add(f"declare {whole} @{symbol}({', '.join([whole] * len(values))})")
+            given = ", ".join(f"{whole} {self.convert(v, 'wide').text}" for v in values)
+            return self._put(f"call {whole} @{symbol}({given})", "wide")
         symbol = f"llvm.{INTRINSIC[name]}.f64" if name in INTRINSIC else name
         self.declared.add(f"declare double @{symbol}({', '.join(['double'] * len(values))})")
         listed = ", ".join(f"double {value.text}" for value in values)

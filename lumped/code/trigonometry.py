@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from lumped.code.words import any_lane, cos, kernel, sin
 
-_FARTHEST = 1e6
+FARTHEST = 1e6
 """Angle from which on the C library is asked, rad: here its multiple is no longer exact."""
 _PER_RADIAN = 0.6366197723675814
 _QUARTER = 1.5707963267341256
@@ -22,7 +22,31 @@ _ROUND = 6755399441055744.0
 
 
 @kernel
-def _near_sine(r: float) -> float:
+def _quarters(x: float) -> float:
+    """The nearest whole number of quarter turns."""
+    return (x * _PER_RADIAN + _ROUND) - _ROUND
+
+
+@kernel
+def _halve(whole: float) -> float:
+    """Half of a whole number, rounded down."""
+    return ((0.5 * whole - 0.25) + _ROUND) - _ROUND
+
+
+@kernel
+def _is_odd(whole: float) -> float:
+    """One if a whole number is odd, else zero."""
+    return whole - 2.0 * _halve(whole)
+
+
+@kernel
+def _rest(x: float, quarters: float) -> float:
+    """The angle without so many quarter turns."""
+    return ((x - quarters * _QUARTER) - quarters * _QUARTER_REST) - quarters * _QUARTER_END
+
+
+@kernel
+def _small_sine(r: float) -> float:
     z = r * r
     high = z * (1.58969099521155010221e-10 * z - 2.50507602534068634195e-08)
     high = z * (2.75573137070700676789e-06 + high) - 1.98412698298579493134e-04
@@ -30,7 +54,7 @@ def _near_sine(r: float) -> float:
 
 
 @kernel
-def _near_cosine(r: float) -> float:
+def _small_cosine(r: float) -> float:
     z = r * r
     high = z * (2.08757232129817482790e-09 - 1.13596475577881948265e-11 * z)
     high = z * (high - 2.75573143513906633035e-07) + 2.48015872894767294178e-05
@@ -41,21 +65,30 @@ def _near_cosine(r: float) -> float:
 
 
 @kernel
-def _wave(x: float, ahead: float) -> float:
-    """Sine of an angle and a number of quarter turns, 0 or 1."""
-    k = (x * _PER_RADIAN + _ROUND) - _ROUND
-    r = ((x - k * _QUARTER) - k * _QUARTER_REST) - k * _QUARTER_END
-    k += ahead
-    quarter = k - 4.0 * ((0.25 * k - 0.375 + _ROUND) - _ROUND)
-    is_odd = quarter == 1.0 or quarter == 3.0
-    size = _near_cosine(r) if is_odd else _near_sine(r)
-    return -size if quarter > 1.5 else size
+def near_sine(x: float) -> float:
+    """Sine of an angle that is not far.
+
+    Products with zero and one choose between the polynomials, without a branch.
+    """
+    quarters = _quarters(x)
+    r, odd = _rest(x, quarters), _is_odd(quarters)
+    size = odd * _small_cosine(r) + (1.0 - odd) * _small_sine(r)
+    return (1.0 - 2.0 * _is_odd(_halve(quarters))) * size
+
+
+@kernel
+def near_cosine(x: float) -> float:
+    """Cosine of an angle that is not far."""
+    quarters = _quarters(x)
+    r, odd = _rest(x, quarters), _is_odd(quarters)
+    size = (1.0 - odd) * _small_cosine(r) - odd * _small_sine(r)
+    return (1.0 - 2.0 * _is_odd(_halve(quarters))) * size
 
 
 @kernel
 def sine(x: float) -> float:
     """Sine of an angle in rad."""
-    near, is_far = _wave(x, 0.0), abs(x) > _FARTHEST
+    near, is_far = near_sine(x), abs(x) > FARTHEST
     if any_lane(is_far):
         return sin(x) if is_far else near
     return near
@@ -64,7 +97,7 @@ def sine(x: float) -> float:
 @kernel
 def cosine(x: float) -> float:
     """Cosine of an angle in rad."""
-    near, is_far = _wave(x, 1.0), abs(x) > _FARTHEST
+    near, is_far = near_cosine(x), abs(x) > FARTHEST
     if any_lane(is_far):
         return cos(x) if is_far else near
     return near

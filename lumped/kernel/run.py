@@ -154,14 +154,14 @@ class Run(Record):
     watch: Watch
     watches: int
 
-    # this record and all that it writes in one block, and how that was at first
+    # this record and all that it writes in one block, and how that was at first; how much of it
+    # another run must find as it was
     memory: Integers
     memory_at_first: Integers
     memory_size: int
 
     # options
     p: Annotated[Numbers, "parameters + prepared"]
-    atol: Annotated[Numbers, "states"]
     least_atol: Annotated[Numbers, "states"]
     projected: Annotated[Numbers, "states"]
     change: Annotated[Numbers, "states + 1"]
@@ -194,7 +194,6 @@ class Run(Record):
     t: float
     end: float
     h: float
-    x: Annotated[Numbers, "states"]
     m: Annotated[Numbers, "settings"]
     largest: Annotated[Numbers, "states"]
     is_implicit: int
@@ -232,14 +231,24 @@ class Run(Record):
     waits: int
     is_crossed: int
 
-    # times of the last changes of position
-    changed: Annotated[Numbers, str(STORM_SIZE)]
-    changed_count: int
+    # from here on a run reads no array before it has written it, but for states and tolerances
+    scratch: Annotated[Numbers, "0"]
 
-    # the present step
+    # number of the last changes of position, and their times
+    changed_count: int
+    changed: Annotated[Numbers, str(STORM_SIZE)]
+
+    # the present step; an attempt of it may be written out (see `timeloop.plants.written_step`), as
+    # a function that takes these fields from the states on, and writes those from the stages on;
+    # numbers of the attempt: length, end, tolerance; error, stiffness, largest angle
     t_new: float
-    new: Annotated[Numbers, "states"]
+    written: Function
+    x: Annotated[Numbers, "states"]
     stages: Annotated[Numbers, "16 * states"]
+    new: Annotated[Numbers, "states"]
+    atol: Annotated[Numbers, "states"]
+    attempt: Annotated[Numbers, "6"]
+    at_stages: Annotated[Numbers, "8 * integrands"]
     argument: Annotated[Numbers, "states"]
     dense: Annotated[Numbers, "7 * states"]
     stiffness: float

@@ -55,9 +55,8 @@ class Watch(Record):
         Part of the run in which each integral is taken, then that of each extreme, s.
     sums : Numbers
         Integrals so far.
-    at_stages, parts, is_rough : Numbers, Numbers, int
-        What is integrated at the stages of a step, its integrals over the step, and whether these
-        are not good enough.
+    parts, is_rough : Numbers, int
+        Integrals over the step, and whether these are not good enough.
     coarse, fine, sizes : Numbers
         Integrals over a step, in parts and in twice as many, and those of the sizes.
     sign : Integers
@@ -105,7 +104,6 @@ class Watch(Record):
     begin: Annotated[Numbers, "integrands + extremes"]
     end: Annotated[Numbers, "integrands + extremes"]
     sums: Annotated[Numbers, "integrands"]
-    at_stages: Annotated[Numbers, "8 * integrands"]
     parts: Annotated[Numbers, "integrands"]
     coarse: Annotated[Numbers, "integrands"]
     fine: Annotated[Numbers, "integrands"]

@@ -15,12 +15,13 @@ from lumped.functionals import Functional
 from lumped.kernel import engine
 from lumped.kernel.many_runs.lane_records import WAITING
 from lumped.kernel.many_runs.variants import Queue, Variants
-from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, NO_START, RESTART, UNFIT, Run
+from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, NO_START, RESTART, UNFIT
 from lumped.many_runs.run_records import RunRecords
 from lumped.points.start import run_start
 from lumped.support.optional_packages import extra
 from lumped.support.process_lock import process_lock
 from lumped.timeloop.leading_states import free_states
+from lumped.timeloop.plants.kept_run import place_of
 from lumped.timeloop.programs import Answers
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.run_options import RunPlan
@@ -134,8 +135,8 @@ class _Worker:
 
     def stop(self) -> None:
         """Let the loop return at its next step."""
-        place = Run.fields["pause"].place
         for slot in (*self._slots, *self._free.slots):
+            place = place_of(slot.run, "pause")
             slot.run.memory_at_first[place] = slot.run.memory[place] = 0
         if self._lanes is not None:
             self._lanes.is_stopped = 1
@@ -153,6 +154,7 @@ class _Worker:
         self._queue.next = 0
         with self._answers:
             self._go_through(values)
+        runs.account(int((steps + rejected).sum()))
         functionals = runs.watched.values(found)
         beyond = (status == DONE) & runs.watched.outside(found)
         status[beyond], functionals[beyond] = OUTSIDE, np.nan

@@ -29,8 +29,9 @@ from lumped.timeloop.clocks import find_moved_clocks, modes_at
 from lumped.timeloop.instants import Instants, instants
 from lumped.timeloop.nominal_sizes import nominals
 from lumped.timeloop.plants.executable import executable, span
-from lumped.timeloop.plants.kept_run import remember
+from lumped.timeloop.plants.kept_run import place_of, remember
 from lumped.timeloop.plants.taylor_series import TaylorSeries
+from lumped.timeloop.plants.written_step import WrittenStep
 from lumped.timeloop.programs import programs_of
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import scale
@@ -129,8 +130,9 @@ class RunRecords:
         """Records for the runs of one lane."""
         options, plant = self.options, self._code.plant
         n = plant.states
+        settings = np.zeros(self.system.inputs[3].numel())
         run = self._code.new_run(
-            self.theta, options.begin, np.zeros(n), np.zeros(self.system.inputs[3].numel())
+            self.theta, options.begin, np.zeros(n), settings, self.watched.integrands
         )
         span(run, scale(options.begin, options.until))
         run.rtol, run.max_steps, run.pause = options.rtol, options.max_steps, _EVER
@@ -143,6 +145,8 @@ class RunRecords:
         run.watch = self.watched.record()
         for name in (*KINDS, "height", "kink"):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
+        if options.method != "taylor":
+            run.written = self._written_step(1).function
         self._set_instants(run, self._first_instants)
         if options.method == "implicit" and n:
             self._code.add_matrix(run)
@@ -204,8 +208,19 @@ class RunRecords:
         for name in ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of"):
             setattr(lanes, name, engine.entry_address(name))
         lanes.slot[:] = [address(slot) for slot in slots]
-        lanes.atol[:] = run.atol
+        lanes.atol[:] = np.repeat(run.atol, len(slots))
+        if not run.order:
+            lanes.written = self._written_step(len(slots)).function
         return lanes
+
+    def _written_step(self, lanes: int) -> WrittenStep:
+        """An attempt of a step with what is integrated over it."""
+        return self._code.written_step(lanes, self.watched.functions.get("integrand"))
+
+    def account(self, attempts: int) -> None:
+        """Note attempts of steps; compile what that is worth."""
+        if self.options.method not in ("taylor", "implicit"):
+            self._written_step(engine.LANES if self.has_lanes else 1).account(attempts)
 
     @cached_property
     def _taylor(self) -> TaylorSeries:
@@ -298,7 +313,7 @@ class RunRecords:
         """Let a run make implicit steps, this one and those after it."""
         self._code.add_matrix(run)
         for name in ("matrix", "has_matrix", "work"):
-            place = Run.fields[name].place
+            place = place_of(run, name)
             run.memory_at_first[place] = run.memory[place]
 
 

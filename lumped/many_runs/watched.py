@@ -200,6 +200,11 @@ class Watched:
         self._times += [(time, number) for time in reading.at]
         return "point", number
 
+    @property
+    def integrands(self) -> int:
+        """How many integrals are taken."""
+        return len(self._tables["integrand"].rows)
+
     def _part(self, reading: Extreme | Integral) -> Between:
         if reading.between is None:
             return _WHOLE

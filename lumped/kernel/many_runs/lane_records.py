@@ -11,7 +11,6 @@ from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers, Wide, Wides
 from lumped.kernel.plant import Function, Plant
 
-_STAGES = "lanes * 16 * states"
 (WAITING, STEPPING, IDLE) = range(3)
 """State of a lane: its run must go on alone; it makes steps; no variant is left for it."""
 
@@ -24,7 +23,6 @@ class LaneWatch(Record):
     begin: Annotated[Numbers, "integrands + extremes"]
     end: Annotated[Numbers, "integrands + extremes"]
     sums: Annotated[Wides, "lanes * integrands"]
-    at_stages: Annotated[Wides, "lanes * 8 * integrands"]
     parts: Annotated[Wides, "lanes * integrands"]
     extremes: int
     height: Function
@@ -75,7 +73,6 @@ class Lanes(Record):
     max_steps: float
     rtol: float
     longest: float
-    atol: Annotated[Numbers, "states"]
 
     p: Annotated[Wides, "lanes * (parameters + prepared)"]
     m: Annotated[Wides, "lanes * settings"]
@@ -98,9 +95,14 @@ class Lanes(Record):
     is_rough: Annotated[Wide, "lanes"]
 
     evaluations: int
+    shares: int
+    written: Function
     x: Annotated[Wides, "lanes * states"]
+    stages: Annotated[Wides, "lanes * 16 * states"]
     new: Annotated[Wides, "lanes * states"]
-    stages: Annotated[Wides, _STAGES]
+    atol: Annotated[Wides, "lanes * states"]
+    attempt: Annotated[Wides, "lanes * 6"]
+    at_stages: Annotated[Wides, "lanes * 8 * integrands"]
     argument: Annotated[Wides, "lanes * states"]
     dense: Annotated[Wides, "lanes * 7 * states"]
     stiffness: Annotated[Wide, "lanes"]

@@ -115,6 +115,7 @@ def _place(variants: Variants) -> None:
     now, first = run.memory, run.memory_at_first
     for i in range(run.memory_size):
         now[i] = first[i]
+    copy_numbers(run.plant.states, run.least_atol, run.atol)
     copy_numbers(variants.parameters, variants.nominal, run.p)
     row = variants.values[variants.number * variants.columns :]
     for i in range(variants.columns):

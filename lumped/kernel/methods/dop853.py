@@ -6,10 +6,12 @@ and at three nodes that dense output needs.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
-from lumped.code.words import Numbers, kernel, make_kernel, sqrt
+from lumped.code.trigonometry import FARTHEST
+from lumped.code.words import Numbers, any_lane, fmax, kernel, make_kernel, sqrt
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.rates import end_step, find_rates
 from lumped.kernel.run import Run
@@ -66,7 +68,7 @@ _errors = _loop(
     "run: Run, x: Numbers, new: Numbers, last: Numbers",
     "e6 = e5 = e3 = steep = moved = 0.0",
     [
-        "weight = 1.0 / (run.atol[i] + run.rtol * max(abs(x[i]), abs(new[i])))",
+        "weight = 1.0 / (run.atol[i] + run.rtol * fmax(abs(x[i]), abs(new[i])))",
         f"s = ({_sum(tableau.E6)}) * weight",
         f"a = ({_sum(tableau.E5)}) * weight",
         f"b = ({_sum(tableau.E3)}) * weight",
@@ -104,7 +106,7 @@ def _bernstein() -> list[str]:
 def _rough() -> list[str]:
     """Ranges between lines with the least and greatest slopes through both ends."""
     least = most = "k[i]"
-    for j in range(1, 13):
+    for j in range(5, 13):
         least, most = f"min({least}, k[{j} * n + i])", f"max({most}, k[{j} * n + i])"
     return [
         f"least, most = {least}, {most}",
@@ -123,33 +125,33 @@ _ROOM = 0.25
 set_rough_ranges = _loop(
     "set_rough_ranges", "x: Numbers, new: Numbers, out: Numbers", "pass", _rough()
 )
-"""Ranges of the states before the interpolation is known, from the rates at the stages."""
+"""Ranges of the states before the interpolation is known, from the rates at the accurate stages."""
 
 set_ranges = _loop("set_ranges", "x: Numbers, out: Numbers", "pass", _bernstein())
 """Least and greatest of these coefficients for each state, from columns of the interpolation."""
 
 
-_LOOKED = (0, 5, 6, 7, 8, 9, 10, 11)
+LOOKED = (0, 5, 6, 7, 8, 9, 10, 11)
 """Stages that have a weight in the step or in its error."""
 
 
 def _over_looks(weights: Iterable[float]) -> str:
     """A sum over these stages, written out."""
     whole = list(weights)
-    return " + ".join(f"{float(whole[j])!r} * v[{r} * n + i]" for r, j in enumerate(_LOOKED))
+    return " + ".join(f"{float(whole[j])!r} * v[{r} * n + i]" for r, j in enumerate(LOOKED))
 
 
 integrals_by_stages = make_kernel(
     "integrals_by_stages",
     f"""def integrals_by_stages(run: Run, h: float) -> float:
     watch, worst = run.watch, 0.0
-    n, v = watch.integrands, watch.at_stages
+    n, v = watch.integrands, run.at_stages
     for i in range(n):
         watch.parts[i] = h * ({_over_looks(tableau.B)})
         a, b = {_over_looks(tableau.E5)}, {_over_looks(tableau.E3)}
         c = {_over_looks(tableau.E6)}
         size = abs(v[i])
-        for r in range(1, {len(_LOOKED)}):
+        for r in range(1, {len(LOOKED)}):
             size = max(size, abs(v[r * n + i]))
         error = max(a * a / sqrt(max(a * a + 0.01 * b * b, 1e-300)), _DOUBT * abs(c))
         size = max(h * size, abs(watch.sums[i]))
@@ -179,7 +181,7 @@ def _look(run: Run, x: Numbers, t: float, row: int) -> None:
     if run.watches:
         watch = run.watch
         if watch.integrands > 0:
-            evaluate(watch.integrand, run, x, t, run.m, watch.at_stages[row * watch.integrands :])
+            evaluate(watch.integrand, run, x, t, run.m, run.at_stages[row * watch.integrands :])
 
 
 @kernel
@@ -224,15 +226,33 @@ def stages(run: Run, h: float) -> None:
 
 
 @kernel
-def step(run: Run, h: float) -> float:
-    """Compute new states and their derivatives; gives the error relative to the tolerance."""
-    n = run.plant.states
+def attempt(run: Run, h: float) -> None:
+    """Compute new states, their derivatives, the error relative to the tolerance, and stiffness."""
+    n, found = run.plant.states, run.attempt
     stages(run, h)
     _errors(run, run.x, run.new, run.argument, run.stages, n, h)
-    run.stiffness = h * sqrt(run.steepness) / max(sqrt(run.way), 1e-300)
     # the ratio is 0/0 only where both estimates vanish
-    size = max((run.error_5 + 0.01 * run.error_3) * n, 1e-300)
-    return max(h * run.error_5 / sqrt(size), _DOUBT * h * sqrt(run.error_6 / n))
+    size = fmax((run.error_5 + 0.01 * run.error_3) * n, 1e-300)
+    found[3] = fmax(h * run.error_5 / sqrt(size), _DOUBT * h * sqrt(run.error_6 / n))
+    found[4] = h * sqrt(run.steepness) / fmax(sqrt(run.way), 1e-300)
+
+
+@kernel
+def step(run: Run, h: float) -> float:
+    """Compute new states and their derivatives; gives the error relative to the tolerance.
+
+    The attempt of a small system is written out, unless angles are too far for its sines.
+    """
+    found = run.attempt
+    found[5] = math.inf
+    if run.written.address != 0 and not run.shares:
+        found[0], found[1], found[2] = h, run.t_new, run.rtol
+        evaluate(run.written, run, run.x, run.t, run.m, run.stages)
+        run.evaluations += 12
+    if any_lane(not found[5] <= FARTHEST):
+        attempt(run, h)
+    run.stiffness = found[4]
+    return found[3]
 
 
 @kernel

@@ -30,6 +30,7 @@ from lumped.timeloop.plants.parts import (
     slopes_along,
 )
 from lumped.timeloop.plants.taylor_series import TaylorSeries
+from lumped.timeloop.plants.written_step import WrittenStep
 
 WORTH = 30_000
 """Evaluations of functions that take as long as compiling them."""
@@ -104,6 +105,7 @@ class Executable:
         }
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
         self._prepares = parts.results > 0
+        self._written: dict[tuple[int, bytes], WrittenStep] = {}
         self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
         self._add({**found, "prepare": parts} if parts.results else found)
 
@@ -158,6 +160,14 @@ class Executable:
         for name in names:
             getattr(self.plant, name).wide_address = code.address(name)
 
+    def written_step(self, lanes: int, integrand: Operations | None = None) -> WrittenStep:
+        """The attempt of a step written out, for several lanes side by side."""
+        key = lanes, b"" if integrand is None else integrand.key
+        if key not in self._written:
+            rates = None if self.plant.invariants else self._operations["rates"]
+            self._written[key] = WrittenStep(rates, self.plant.states, lanes, integrand)
+        return self._written[key]
+
     def account(self, run: Run) -> None:
         """Note what a run interpreted since it was asked last; compile what that is worth."""
         if not run.interpreted:
@@ -175,25 +185,33 @@ class Executable:
         work = 20 * (self.plant.rates.count + self.plant.states + 1)
         return int(_HALF_SECOND // work) + 1
 
-    def new_run(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
-        """A run at a point, without output.
+    def new_run(
+        self,
+        theta: np.ndarray,
+        t: float,
+        x: np.ndarray,
+        settings: np.ndarray,
+        integrands: int = 0,
+    ) -> Run:
+        """A run at a point, without output, with room for integrals.
 
         Times count as about one second (see `span`).
         """
-        run = self.blank_run()
+        run = self.blank_run(integrands)
         run.t = t
         self.place(run, theta, x, settings)
         return run
 
-    def blank_run(self) -> Run:
+    def blank_run(self, integrands: int = 0) -> Run:
         """A run without options, at no point yet; that of one that is over if there is any."""
         over = self._over
-        if over:
+        if over and not integrands:
             run, self._own.room = over.pop().begin_again()
             return run
         work = max(operations.work for operations in self._operations.values())
-        sizes = {**self.sizes, "work": work}
+        sizes = {**self.sizes, "work": work, "integrands": integrands}
         run = make_run(sizes, self.plant)
+        run.written = self.written_step(1).function
         run.yielding = -1.0
         span(run, 1.0)
         remember(run)
@@ -227,6 +245,7 @@ class Executable:
 
     def take_back(self, kept: KeptRun) -> None:
         """Let another run of this thread have the records of one that is over, and its matrix."""
+        self.written_step(1).account(kept.run.steps)
         if kept.room.x.size <= _KEPT_ROOM:
             self._over.append(kept)
 

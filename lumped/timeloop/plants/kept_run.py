@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.code.records import Record
+from lumped.code.records import Record, address
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.instant_search import InstantSearch
 from lumped.kernel.plant import Plant
@@ -122,10 +122,10 @@ class KeptRun:
 
 def make_run(sizes: dict[str, int], plant: Plant) -> Run:
     """A run; what it writes is in one block of memory."""
-    kinds: list[type[Record]] = [Run, InstantSearch, *_PARTS.values()]
+    kinds: list[type[Record]] = [*_PARTS.values(), InstantSearch, Run]
     words = [kind.words(sizes) for kind in kinds]
     block = np.zeros(sum(words), dtype=np.int64)
-    own, search, *parts = np.split(block, np.cumsum(words)[:-1])
+    *parts, search, own = np.split(block, np.cumsum(words)[:-1])
     places = zip(_PARTS.items(), parts, strict=True)
     held = {name: kind(sizes, memory) for (name, kind), memory in places}
     instant = InstantSearch(sizes, search, **held)
@@ -133,7 +133,8 @@ def make_run(sizes: dict[str, int], plant: Plant) -> Run:
     run.enclosed_margins = Enclosed(sizes, results=plant.margins)
     run.enclosed_rates = Enclosed(sizes, results=plant.states, is_still=1)
     run.bracket = Bracket({})
-    run.memory, run.memory_at_first, run.memory_size = block, np.zeros_like(block), len(block)
+    run.memory, run.memory_at_first = block, np.zeros_like(block)
+    run.memory_size = (int(own[Run.fields["scratch"].place]) - address(block)) // 8
     return run
 
 
@@ -142,6 +143,11 @@ def remember(run: Run) -> None:
     for record in _records(run):
         record.remember()
     run.memory_at_first[:] = run.memory
+
+
+def place_of(run: Run, field: str) -> int:
+    """Number of the word of a field in the memory of a run."""
+    return (address(run) - address(run.memory)) // 8 + Run.fields[field].place
 
 
 def _records(run: Run) -> list[Record]:

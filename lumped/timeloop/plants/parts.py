@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.bounds import bounds_of
+from lumped.code.inverses import multiply_by_inverses
 from lumped.code.operations import (
     INPUTS,
     RESULT,
@@ -144,6 +145,7 @@ def parts_of(system: System, leverage: float = FAIR_LEVERAGE) -> Parts:
         names, following = followers(system)
         functions |= {"following": following} if names else {}
     operations, states = operations_of_each(functions), len(system.state_names)
+    operations["rates"] = multiply_by_inverses(operations["rates"])
     if margins:
         floors = first_results(operations["margin"], margins)
         operations["margin_floor"] = bounds_of(floors, states, upper=False)
