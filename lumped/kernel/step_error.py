@@ -12,6 +12,8 @@ SAFETY = 0.9
 """Part of the step that the tolerance allows."""
 HOPELESS = 1e3
 """Largest error that is used: such a step is shortened as far as one attempt may."""
+UNCLOSED = 100.0
+"""Error of a step at whose end linkages do not close."""
 
 
 @kernel
@@ -29,7 +31,7 @@ def try_step(run: Run, h: float) -> float:
     """Error of a step, relative to the tolerance."""
     error = 0.0 if run.plant.states == 0 else attempt(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
-        return 100.0
+        return UNCLOSED
     return error if error < HOPELESS else HOPELESS  # nan too
 
 

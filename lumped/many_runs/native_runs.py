@@ -15,7 +15,7 @@ from lumped.functionals import Functional
 from lumped.kernel import engine
 from lumped.kernel.many_runs.lane_records import WAITING
 from lumped.kernel.many_runs.variants import Queue, Variants
-from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, NO_START, RESTART, UNFIT
+from lumped.kernel.run import ASKS, DONE, FULL, NEEDS_MATRIX, RESTART, UNFIT
 from lumped.many_runs.run_records import RunRecords
 from lumped.points.start import run_start
 from lumped.support.optional_packages import extra
@@ -162,13 +162,29 @@ class _Worker:
 
     def _go_through(self, values: np.ndarray) -> None:
         runs, count = self._runs, len(values)
-        if runs.are_instants_same and runs.is_start_direct:
+        if not runs.is_start_direct:
+            count = self._find_starts(values)
+        if runs.are_instants_same:
             self._go(count)
-        else:
-            for k in range(count):
-                if runs.is_stopped:
-                    break
-                self._go_alone(k, values[k])
+            return
+        for k in range(count):
+            if runs.is_stopped:
+                break
+            for slot in self._slots:
+                runs.set_instants(slot, values[k])
+            self._go(k + 1)
+
+    def _find_starts(self, values: np.ndarray) -> int:
+        """Find the starts of variants; gives of how many, which are fewer when it is stopped."""
+        found = []
+        for row in values:
+            if self._runs.is_stopped:
+                break
+            found.append(self._runs.find_start(row))
+        table = np.array(found)
+        for slot in self._slots:
+            slot.starts, slot.start_width = table.ravel(), table.shape[-1]
+        return len(found)
 
     def _go(self, end: int) -> None:
         """Run variants up to one."""
@@ -193,20 +209,6 @@ class _Worker:
             elif why == ASKS and not self._answers.try_to_ask(self._runs.system, slot.run):
                 slot.status[slot.number] = ASKS
                 slot.is_begun = 0
-
-    def _go_alone(self, k: int, values: np.ndarray) -> None:
-        """Run one variant whose instants or start are its own."""
-        runs = self._runs
-        point = None
-        if not runs.is_start_direct:
-            point = runs.start_variant(values)
-            if point is None:
-                self._slots[0].status[k] = NO_START
-                self._queue.next = k + 1
-                return
-        for slot in self._slots:
-            runs.prepare(slot, values, point)
-        self._go(k + 1)
 
 
 class AloneRecords(RunRecords):

@@ -184,7 +184,7 @@ class RunRecords:
         sizes = {"lanes": len(slots), "states": plant.states, "settings": plant.settings}
         sizes |= {"margins": plant.margins, "levers": plant.levers, "integrands": watch.integrands}
         sizes |= {"parameters": plant.parameters, "prepared": plant.prepared}
-        sizes |= {"forcings": plant.forcings}
+        sizes |= {"forcings": plant.forcings, "implicit": plant.implicit}
         sizes |= {"extremes": watch.extremes, "terms": run.terms, "row": run.row}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.loads = watch.loads
@@ -233,8 +233,7 @@ class RunRecords:
     def has_lanes(self) -> bool:
         """Whether runs go side by side; the model decides, so it is the same every time."""
         plant = self._code.plant
-        fits = 0 < plant.states <= _MOST_STATES and not plant.implicit
-        fits = fits and not programs_of(self.system)
+        fits = 0 < plant.states <= _MOST_STATES and not programs_of(self.system)
         return fits and self.options.method != "implicit" and engine.is_compiled()
 
     def _set_instants(self, run: Run, found: Instants) -> None:
@@ -274,40 +273,34 @@ class RunRecords:
         settings[: len(modes)] = modes
         return settings
 
-    def prepare(self, variants: Variants, values: np.ndarray, point: OperatingPoint | None) -> None:
-        """Set the instants of a variant, if they are its own, and its start, if that was found."""
+    def set_instants(self, variants: Variants, values: np.ndarray) -> None:
+        """Set the instants of a variant that has its own."""
         theta, run = self.theta.copy(), variants.run
         theta[self.places] = values
-        if point is not None:
-            theta = point.theta
-            self._tell_start(variants, point)
-        if not self.are_instants_same:
-            run.memory[:] = run.memory_at_first
-            self._set_instants(run, self._instants(theta))
-            variants.first_settings = self._first_settings(theta)
-            remember(run)
+        run.memory[:] = run.memory_at_first
+        self._set_instants(run, self._instants(theta))
+        variants.first_settings = self._first_settings(theta)
+        remember(run)
 
     @property
     def is_start_direct(self) -> bool:
         """Whether the loop finds the start itself."""
         return self._start is not None
 
-    def start_variant(self, values: np.ndarray) -> OperatingPoint | None:
-        """The start of a variant, given or found by a search; None if there is none."""
+    def find_start(self, values: np.ndarray) -> np.ndarray:
+        """The start of a variant, given or found by a search, as `Variants` have it."""
         theta = dict(zip(self.system.parameters, self.theta.tolist(), strict=True))
         theta |= dict(zip(self.names, values.tolist(), strict=True))
+        plant = self._code.plant
+        none = np.full(1 + plant.states + plant.settings + len(self.theta), -1.0)
         try:
             point = run_start(self.system, self.options._replace(parameters=theta))
         except LumpedError:
-            return None
-        return point if point.system is self.system else None
-
-    def _tell_start(self, variants: Variants, point: OperatingPoint) -> None:
-        """Let a variant begin at a point, before what collides there."""
-        first = point.before or point
-        variants.knows_start, variants.begins = 1, int(bool(point.collisions))
-        variants.x_known[:], variants.m_known[:] = first.x, first.settings
-        variants.nominal[:] = point.theta  # with those that the start determines
+            return none
+        if point.system is not self.system:
+            return none
+        first = point.before or point  # before what collides there
+        return np.hstack([bool(point.collisions), first.x, first.settings, point.theta])
 
     def add_matrix(self, run: Run) -> None:
         """Let a run make implicit steps, this one and those after it."""

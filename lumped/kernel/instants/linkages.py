@@ -65,9 +65,8 @@ def follow(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
 
     Leaves them in `found`.
     """
-    plant, found, correction = run.plant, run.found, run.correction
+    plant, found, correction, missed = run.plant, run.found, run.correction, 0.0
     evaluate(plant.closure, run, x, t, m, found)
     for i in range(plant.implicit):
-        if not abs(correction[i] / (1.0 + abs(found[i]))) <= _FOLLOWED:
-            return False
-    return True
+        missed += 0.0 if abs(correction[i] / (1.0 + abs(found[i]))) <= _FOLLOWED else 1.0
+    return missed == 0.0

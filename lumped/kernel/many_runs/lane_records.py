@@ -119,6 +119,8 @@ class Lanes(Record):
     force_high: Annotated[Wides, "lanes * forcings"]
     force_range: Annotated[Wides, "lanes * 2 * forcings"]
     ratio: Annotated[Wides, "lanes * levers"]
+    found: Annotated[Wides, "lanes * implicit"]
+    correction: Annotated[Wides, "lanes * implicit"]
 
     series: Function
     order: int

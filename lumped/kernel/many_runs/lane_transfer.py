@@ -72,6 +72,9 @@ def _unload(lanes: Lanes, k: int) -> Variants:
     own = lanes.watch
     _copy_out(flat(lanes.x), n, count, k, run.x)
     _copy_out(flat(lanes.stages), n, count, k, run.stages)
+    implicit, place = lanes.plant.implicit, lanes.plant.settings - lanes.plant.implicit
+    _copy_out(flat(lanes.m)[place * count :], implicit, count, k, run.m[place:])
+    _copy_out(flat(lanes.found), implicit, count, k, run.found)
     run.t, run.h = flat(lanes.t)[k], flat(lanes.h)[k]
     run.was_rejected = int(flat(lanes.was_rejected)[k])
     run.stiff_steps = int(flat(lanes.stiff_steps)[k])

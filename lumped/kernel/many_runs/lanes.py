@@ -23,6 +23,7 @@ from lumped.code.words import (
 from lumped.kernel.choice import NEAR_LIMIT, STIFF_AFTER, UNTRIED
 from lumped.kernel.enclosures.extremes import rises
 from lumped.kernel.enclosures.forcing import is_clear
+from lumped.kernel.instants.linkages import follow
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.many_runs.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, unload_step
@@ -52,7 +53,7 @@ from lumped.kernel.run import (
     UNFIT,
     Run,
 )
-from lumped.kernel.step_error import HOPELESS, SAFETY, is_finite
+from lumped.kernel.step_error import HOPELESS, SAFETY, UNCLOSED, is_finite
 from lumped.kernel.steps import LEAST, SHORTEST, explicit_growth
 from lumped.kernel.watch import Watch
 
@@ -195,6 +196,16 @@ def _observe(lanes: Lanes, is_on: Wide) -> None:
 
 
 @kernel
+def _exchange_implicit(lanes: Lanes, accepted: Wide) -> None:
+    """Exchange implicit quantities at the begin of accepted steps with those at their end."""
+    first = lanes.plant.settings - lanes.plant.implicit
+    for i in range(lanes.plant.implicit):
+        before, after = lanes.m[first + i], lanes.found[i]
+        lanes.m[first + i] = after if accepted > 0.5 else before
+        lanes.found[i] = before
+
+
+@kernel
 def _move_on(lanes: Lanes, accepted: Wide) -> None:
     """The end of accepted steps becomes the begin of the next."""
     n, x, k = lanes.plant.states, lanes.x, lanes.stages
@@ -265,6 +276,8 @@ def _error(lanes: Lanes, h: Wide) -> Wide:
     """Error of a step, relative to the tolerance; notes where values inside it are known."""
     error = attempt_explicit(lanes, h)
     error = error if error < HOPELESS else HOPELESS
+    if lanes.plant.implicit > 0:
+        error = error if follow(lanes, lanes.new, lanes.t_new, lanes.m) else UNCLOSED
     is_dense = error <= 1.0 and is_finite(lanes) and lanes.is_on > 0.5
     is_good = 1.0 if is_dense else lanes.t * 0.0
     if lanes.watch.extremes > 0:
@@ -325,6 +338,7 @@ def _attempt(lanes: Lanes) -> None:
     h = lanes.t_new - t
     accepted = _note_attempt(lanes, h, _error(lanes, h))
     if any_lane(accepted > 0.5):
+        _exchange_implicit(lanes, accepted)
         if lanes.plant.margins > 0:
             accepted = _without_suspects(lanes, accepted)
         _observe(lanes, accepted)

@@ -67,8 +67,9 @@ class Variants(Record):
         Settings of functions of time at the start.
     begins : int
         Whether positions at the start are found, and bodies may collide.
-    x_known, m_known : Numbers
-        States and settings at the start where `knows_start` is set.
+    starts, start_width : Numbers, int
+        Starts that were found before, a row for each variant, and their width (0 without them):
+        whether bodies may collide there (-1 where there is no start), states, settings, parameters.
     first_time : float
         Begin of the runs, s.
     width, found : int, Numbers
@@ -95,9 +96,8 @@ class Variants(Record):
     tolerated: float
     first_settings: Numbers
     begins: int
-    knows_start: int
-    x_known: Annotated[Numbers, "states"]
-    m_known: Annotated[Numbers, "settings"]
+    starts: Numbers
+    start_width: int
     x_first: Annotated[Numbers, "states"]
     m_first: Annotated[Numbers, "settings"]
     first_time: float
@@ -155,9 +155,16 @@ def note_collisions(run: Run) -> None:
 def _begin_variant(variants: Variants) -> int:
     """States and positions at the start of the variant that is due."""
     run, plant = variants.run, variants.run.plant
-    if variants.knows_start:
-        copy_numbers(plant.states, variants.x_known, variants.x_first)
-        copy_numbers(plant.settings, variants.m_known, variants.m_first)
+    if variants.start_width > 0:
+        found = variants.starts[variants.number * variants.start_width :]
+        if found[0] < 0.0:
+            return NO_START
+        variants.begins = int(found[0])
+        copy_numbers(plant.states, found[1:], variants.x_first)
+        copy_numbers(plant.settings, found[1 + plant.states :], variants.m_first)
+        copy_numbers(
+            variants.parameters, found[1 + plant.states + plant.settings :], variants.nominal
+        )
         _place(variants)
     else:
         copy_numbers(plant.settings, variants.first_settings, variants.m_first)

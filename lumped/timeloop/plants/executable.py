@@ -150,7 +150,7 @@ class Executable:
         """Make machine code of what explicit steps need, for several lanes side by side."""
         names = [
             n
-            for n in ("rates", "margin_floor", "forcing", "forcing_range", "leverage")
+            for n in ("rates", "closure", "margin_floor", "forcing", "forcing_range", "leverage")
             if n in self._operations
         ]
         if self.plant.rates.wide_address:
