@@ -23,7 +23,7 @@ import numpy as np
 
 import lumped as lp
 from benchmarks._ensemble_tasks import Task, tasks
-from benchmarks.harness import build_in_c, publish, time_action
+from benchmarks.harness import NATIVE, build_in_c, publish, time_action
 from lumped.many_runs.native_runs import NativeRuns
 from lumped.timeloop.run_options import RunOptions, run_plan
 
@@ -33,10 +33,7 @@ CASES = (("a", 1e-6), ("a", 1e-8), ("b", 1e-8), ("c", 1e-6), ("c", 1e-8), ("d", 
 WHOLE = (("a", 1e-6), ("b", 1e-8), ("c", 1e-6), ("d", 1e-8))
 TIGHT = 1e-11
 
-# Sums over neighbouring states are not to be turned into short vectors: they are stored one by one
-# and read in pairs, for which the processor waits.
 PLAIN = ("-O2", "-fno-tree-slp-vectorize")
-NATIVE = ("-O3", "-march=native", "-fno-tree-slp-vectorize")
 GROUPS = 2
 """Registers full of variants that advance together: one leaves the processor waiting for results,
 three no longer fit."""

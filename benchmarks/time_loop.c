@@ -34,8 +34,10 @@ static double first_step(rate_function rate, double t, double end, const double 
     return smaller(smaller(100 * h, other), end - t);
 }
 
-/* Accepted steps from t to end; x is what it becomes. `work` holds 16 n numbers. */
-static int dop853(rate_function rate, double t, double end, double *x, const double *atol,
+/* Accepted steps from t to end; x is what it becomes. `work` holds 16 n numbers. Inlined, with the
+   rates and their number known. */
+static inline __attribute__((always_inline)) int
+dop853(rate_function rate, double t, double end, double *x, const double *atol,
                   double rtol, double *work, int n)
 {
     double *k = work, *a = work + 13 * n, *new = work + 14 * n, *scale = work + 15 * n;

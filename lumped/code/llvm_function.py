@@ -22,9 +22,14 @@ def _is_worth_a_vector_form(body: list[ast.stmt]) -> bool:
     parts = [part for statement in body for part in ast.walk(statement)]
     return (
         all(isinstance(statement, ast.Assign | ast.AugAssign) for statement in body)
-        and not any(isinstance(part, ast.Call | ast.IfExp) for part in parts)
+        and not any(isinstance(part, ast.IfExp) for part in parts)
+        and all(_is_vector_word(part) for part in parts if isinstance(part, ast.Call))
         and sum(isinstance(part, ast.BinOp) for part in parts) >= _MUCH
     )
+
+
+def _is_vector_word(call: ast.Call) -> bool:
+    return isinstance(call.func, ast.Name) and call.func.id in ("abs", "fmax", "fmin")
 
 
 class LlvmFunction(Writer):

@@ -238,10 +238,11 @@ class Run(Record):
     changed_count: int
     changed: Annotated[Numbers, str(STORM_SIZE)]
 
-    # the present step; an attempt of it may be written out (see `timeloop.plants.written_step`), as
-    # a function that takes these fields from the states on, and writes those from the stages on;
+    # the present step; whether an attempt may be written out (see `timeloop.plants.written_step`),
+    # as a function that takes these fields from the states on, and writes those from the stages on;
     # numbers of the attempt: length, end, tolerance; error, stiffness, largest angle
     t_new: float
+    is_written: int
     written: Function
     x: Annotated[Numbers, "states"]
     stages: Annotated[Numbers, "16 * states"]
@@ -252,11 +253,6 @@ class Run(Record):
     argument: Annotated[Numbers, "states"]
     dense: Annotated[Numbers, "7 * states"]
     stiffness: float
-    error_6: float
-    error_5: float
-    error_3: float
-    steepness: float
-    way: float
 
     # margins in the step: at a point, with their tolerances; at both ends; lower bounds over all of
     # it; when each fires, as a part of the step; parts that wait to be looked at: ends, and values

@@ -146,7 +146,7 @@ class RunRecords:
         for name in (*KINDS, "height", "kink"):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         if options.method != "taylor":
-            run.written = self._written_step(1).function
+            run.written, run.is_written = self.written_step(1).function, 1
         self._set_instants(run, self._first_instants)
         if options.method == "implicit" and n:
             self._code.add_matrix(run)
@@ -210,17 +210,17 @@ class RunRecords:
         lanes.slot[:] = [address(slot) for slot in slots]
         lanes.atol[:] = np.repeat(run.atol, len(slots))
         if not run.order:
-            lanes.written = self._written_step(len(slots)).function
+            lanes.written, lanes.is_written = self.written_step(len(slots)).function, 1
         return lanes
 
-    def _written_step(self, lanes: int) -> WrittenStep:
+    def written_step(self, lanes: int) -> WrittenStep:
         """An attempt of a step with what is integrated over it."""
         return self._code.written_step(lanes, self.watched.functions.get("integrand"))
 
     def account(self, attempts: int) -> None:
         """Note attempts of steps; compile what that is worth."""
         if self.options.method not in ("taylor", "implicit"):
-            self._written_step(engine.LANES if self.has_lanes else 1).account(attempts)
+            self.written_step(engine.LANES if self.has_lanes else 1).account(attempts)
 
     @cached_property
     def _taylor(self) -> TaylorSeries:

@@ -96,6 +96,7 @@ class Lanes(Record):
 
     evaluations: int
     shares: int
+    is_written: int
     written: Function
     x: Annotated[Wides, "lanes * states"]
     stages: Annotated[Wides, "lanes * 16 * states"]
@@ -106,11 +107,6 @@ class Lanes(Record):
     argument: Annotated[Wides, "lanes * states"]
     dense: Annotated[Wides, "lanes * 7 * states"]
     stiffness: Annotated[Wide, "lanes"]
-    error_6: Annotated[Wide, "lanes"]
-    error_5: Annotated[Wide, "lanes"]
-    error_3: Annotated[Wide, "lanes"]
-    steepness: Annotated[Wide, "lanes"]
-    way: Annotated[Wide, "lanes"]
 
     floor: Annotated[Wides, "lanes * margins"]
     ranges: Annotated[Wides, "lanes * (2 * states + 2)"]

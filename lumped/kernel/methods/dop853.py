@@ -63,25 +63,29 @@ _columns = _loop(
         *(f"out[{3 + j} * n + i] = h * ({_sum(row)})" for j, row in enumerate(tableau.D)),
     ],
 )
-_errors = _loop(
-    "errors",
-    "run: Run, x: Numbers, new: Numbers, last: Numbers",
-    "e6 = e5 = e3 = steep = moved = 0.0",
+_weigh = _loop(
+    "weigh",
+    "x: Numbers, new: Numbers, last: Numbers, atol: Numbers, rtol: float, out: Numbers",
+    "pass",
     [
-        "weight = 1.0 / (run.atol[i] + run.rtol * fmax(abs(x[i]), abs(new[i])))",
-        f"s = ({_sum(tableau.E6)}) * weight",
-        f"a = ({_sum(tableau.E5)}) * weight",
-        f"b = ({_sum(tableau.E3)}) * weight",
-        "c = (k[12 * n + i] - k[11 * n + i]) * weight",
-        "d = (new[i] - last[i]) * weight",
-        "e6 += s * s",
-        "e5 += a * a",
-        "e3 += b * b",
-        "steep += c * c",
-        "moved += d * d",
+        "weight = 1.0 / (atol[i] + rtol * fmax(abs(x[i]), abs(new[i])))",
+        f"out[i] = ({_sum(tableau.E6)}) * weight",
+        f"out[n + i] = ({_sum(tableau.E5)}) * weight",
+        f"out[2 * n + i] = ({_sum(tableau.E3)}) * weight",
+        "out[3 * n + i] = (k[12 * n + i] - k[11 * n + i]) * weight",
+        "out[4 * n + i] = (new[i] - last[i]) * weight",
     ],
-    "run.error_6, run.error_5, run.error_3 = e6, e5, e3\n    run.steepness, run.way = steep, moved",
 )
+"""Errors of the states, relative to the tolerance, and by how much rates and states differ from
+the last stage to the end. Apart from their squares, these are found side by side."""
+
+
+@kernel
+def _add_squares(n: int, given: Numbers) -> float:
+    found = 0.0
+    for i in range(n):
+        found += given[i] * given[i]
+    return found
 
 
 def _bernstein() -> list[str]:
@@ -228,13 +232,15 @@ def stages(run: Run, h: float) -> None:
 @kernel
 def attempt(run: Run, h: float) -> None:
     """Compute new states, their derivatives, the error relative to the tolerance, and stiffness."""
-    n, found = run.plant.states, run.attempt
+    n, found, parts = run.plant.states, run.attempt, run.dense
     stages(run, h)
-    _errors(run, run.x, run.new, run.argument, run.stages, n, h)
+    _weigh(run.x, run.new, run.argument, run.atol, run.rtol, parts, run.stages, n, h)
+    e6, e5 = _add_squares(n, parts), _add_squares(n, parts[n:])
+    e3, steepness = _add_squares(n, parts[2 * n :]), _add_squares(n, parts[3 * n :])
     # the ratio is 0/0 only where both estimates vanish
-    size = fmax((run.error_5 + 0.01 * run.error_3) * n, 1e-300)
-    found[3] = fmax(h * run.error_5 / sqrt(size), _DOUBT * h * sqrt(run.error_6 / n))
-    found[4] = h * sqrt(run.steepness) / fmax(sqrt(run.way), 1e-300)
+    size = fmax((e5 + 0.01 * e3) * n, 1e-300)
+    found[3] = fmax(h * e5 / sqrt(size), _DOUBT * h * sqrt(e6 / n))
+    found[4] = h * sqrt(steepness) / fmax(sqrt(_add_squares(n, parts[4 * n :])), 1e-300)
 
 
 @kernel
@@ -245,7 +251,7 @@ def step(run: Run, h: float) -> float:
     """
     found = run.attempt
     found[5] = math.inf
-    if run.written.address != 0 and not run.shares:
+    if run.is_written and run.written.address != 0 and not run.shares:
         found[0], found[1], found[2] = h, run.t_new, run.rtol
         evaluate(run.written, run, run.x, run.t, run.m, run.stages)
         run.evaluations += 12

@@ -211,7 +211,7 @@ class Executable:
         work = max(operations.work for operations in self._operations.values())
         sizes = {**self.sizes, "work": work, "integrands": integrands}
         run = make_run(sizes, self.plant)
-        run.written = self.written_step(1).function
+        run.written, run.is_written = self.written_step(1).function, 1
         run.yielding = -1.0
         span(run, 1.0)
         remember(run)

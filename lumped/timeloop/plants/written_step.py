@@ -103,6 +103,7 @@ def write_step(rates: Operations, states: int, integrand: Operations | None) -> 
         attempt=found[18 * n :],
         at_stages=found[18 * n + 6 :],
         argument=Place({}, 0),
+        dense=Place({}, 0),
         is_implicit=0,
         shares=0,
         evaluations=0,
