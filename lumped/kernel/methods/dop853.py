@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
+
 from lumped.code.trigonometry import FARTHEST
 from lumped.code.words import Numbers, any_lane, fmax, kernel, make_kernel, sqrt
 from lumped.kernel.interpret import evaluate
@@ -32,15 +34,21 @@ def _loop(name: str, head: str, before: str, lines: list[str], after: str = "pas
     return make_kernel(name, source, globals())
 
 
+def _write_states(number: int, line: str) -> Any:
+    return _loop(f"stage_{number}", "x: Numbers, out: Numbers", "pass", [f"out[i] = {line}"])
+
+
 def _stage(number: int, weights: Iterable[float]) -> Any:
-    line = f"out[i] = x[i] + h * ({_sum(weights)})"
-    return _loop(f"stage_{number}", "x: Numbers, out: Numbers", "pass", [line])
+    """States at a stage; the newest rate comes in last, so that nothing else waits for it."""
+    *older, newest = np.trim_zeros(np.array(weights), "b").tolist()
+    before = f"x[i] + h * ({_sum(older)})" if any(older) else "x[i]"
+    return _write_states(number, f"{before} + h * {newest!r} * k[{len(older)} * n + i]")
 
 
 STAGES = tuple(_stage(1 + i, row) for i, row in enumerate(tableau.A[1:]))
 """States at which the rates of the second to the twelfth stage are taken."""
 (_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11) = STAGES
-_NEW = _stage(12, tableau.B)
+_NEW = _write_states(12, f"x[i] + h * ({_sum(tableau.B)})")
 _13, _14, _15 = (_stage(13 + i, row) for i, row in enumerate(tableau.A_EXTRA))
 _C = tuple(float(c) for c in tableau.C)
 _AT_07 = (0.7, 0.21, 0.147, 0.0441, 0.03087, 0.009261, 0.0064827)
