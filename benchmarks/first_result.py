@@ -1,20 +1,24 @@
 """How long does the first result of a new process take?
 
-The three masses of `time_loop`, 2 s, no options, and one quantity read: with nothing cached, when
-the time loop is compiled, and again, when its machine code is taken from the cache. Beside it the
-same with SciPy's DOP853 on NumPy. CPU times, the best of several new processes; the parts are
-those of the best.
+The three masses of `time_loop`, 2 s, no options, one quantity read: from a checkout with nothing
+cached, which compiles the time loop; from an installed wheel, which brings its machine code along,
+with nothing cached either; and from the checkout with its machine code cached. Beside it the same
+with SciPy's DOP853 on NumPy. CPU times with modules in bytecode, the best of several new processes;
+the parts are those of the best.
 
     python -m benchmarks.first_result
 """
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
 from benchmarks.harness import publish
 
+ROOT = Path(__file__).parent.parent
 PARTS = ("import", "assemble", "machine code of the loop", "run and read")
 LUMPED = """
 from time import process_time as now
@@ -64,21 +68,41 @@ print(times[1] - times[0], 0.0, 0.0, times[2] - times[1])
 """
 
 
-def measure_program(program: str, cache: str | None) -> list[float]:
+def install(place: Path) -> Path:
+    """Folder into which the checkout was installed from its wheel."""
+    left = shutil.ignore_patterns(".*", "build", "*.egg-info", "__pycache__", "docs", "tests")
+    source = shutil.copytree(ROOT, place / "source", symlinks=True, ignore=left)
+    options = ["--quiet", "--no-deps", "--no-build-isolation", "--target", str(place / "installed")]
+    subprocess.run([sys.executable, "-m", "pip", "install", *options, str(source)], check=True)
+    return place / "installed"
+
+
+def measure_program(program: str, cache: str | None, place: Path = ROOT) -> list[float]:
     """Parts of the time of a new process, s; with nothing cached unless a folder is given."""
     with tempfile.TemporaryDirectory() as empty:
-        environment = {**os.environ, "LUMPED_CACHE": cache or empty, "OMP_NUM_THREADS": "1"}
-        command = [sys.executable, "-c", program]
-        told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        given = {"LUMPED_CACHE": cache or empty, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(place)}
+        environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+        told = subprocess.run(
+            [sys.executable, "-c", program],
+            env=environment | given,
+            cwd=place,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
     return [float(part) for part in told.stdout.split()]
 
 
 def main() -> None:
     """Print the table and write it to the results."""
     with tempfile.TemporaryDirectory() as folder:
+        wheel = install(Path(folder))
         measure_program(LUMPED, folder)
         ways = {
             "lumped, nothing cached": [measure_program(LUMPED, None) for _ in range(3)],
+            "lumped from a wheel, nothing cached": [
+                measure_program(LUMPED, None, wheel) for _ in range(6)
+            ],
             "lumped, cached": [measure_program(LUMPED, folder) for _ in range(6)],
             "SciPy DOP853, NumPy": [measure_program(SCIPY, folder) for _ in range(5)],
         }

@@ -169,6 +169,50 @@ def test_wheel_computes_without_the_sources_what_the_checkout_computes(
     assert received == {row.quantity: row.computed for row in machine_rows("reversing_mill")}
 
 
+RUNS = """
+import lumped as lp
+from lumped.components import Inertia, SpringDamper, Torque
+from lumped.functionals import peak
+from lumped.ops import sin
+class Drive(lp.Component):
+    motor: Torque = Torque(tau=40 * sin(30 * lp.time))
+    a: Inertia = Inertia(J=2.0)
+    shaft: SpringDamper = SpringDamper(c=2e4, d=4.0)
+    b: Inertia = Inertia(J=0.5)
+    def connections(self):
+        yield from lp.chain(self.motor, self.a, self.shaft, self.b)
+system = lp.assemble(Drive())
+run = lp.simulate(system, until=0.5)
+many = lp.ensemble(system, over={"a.J": [1 + k / 9 for k in range(16)]}, until=0.5,
+                   of={"top": peak("shaft.tau")}, workers=1)
+for numbers in (run.t, run["shaft.tau"], many["top"]):
+    print(*[float(number).hex() for number in numbers])
+"""
+
+
+def installed(wheel: Path, place: Path) -> dict[str, str]:
+    """Variables of a process that finds the wheel, and an empty cache."""
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(place / "installed")
+    return {"PYTHONPATH": str(place / "installed"), "LUMPED_CACHE": str(place / "cache")}
+
+
+def test_wheel_brings_the_machine_code_that_the_checkout_compiles(wheel: Path, tmp_path: Path):
+    received = python("-c", RUNS, cwd=tmp_path, **installed(wheel, tmp_path))
+    assert list((tmp_path / "cache").glob("loop-*")) == []
+    assert received.count("0x") > 100
+    assert received == python("-c", RUNS)
+
+
+def test_edited_wheel_compiles_its_loop(wheel: Path, tmp_path: Path):
+    variables = installed(wheel, tmp_path)
+    with (tmp_path / "installed/lumped/kernel/loop.py").open("a") as file:
+        file.write("# edited")
+    code = "from lumped.kernel.engine import time_loop; time_loop()"
+    python("-c", code, cwd=tmp_path, **variables)
+    assert len(list((tmp_path / "cache").glob("loop-*"))) == 1
+
+
 def test_source_distribution_holds_all_sources_documentation_and_tests(source: Path, sdist: Path):
     files = [file for file in source.rglob("*") if file.is_file()]
     expected = {file.relative_to(source).as_posix() for file in files}

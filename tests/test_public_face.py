@@ -121,10 +121,16 @@ def test_listing_a_theme_loads_none_of_its_analyses():
 
 
 def test_components_load_no_analysis():
-    found = loaded("from lumped.components import Inertia")
+    found = loaded("from lumped.components import *")
     late = {*THEMES, "code", "compiler", "kernel", "models", "numerics", "reduction", "timeloop"}
     assert "lumped.components.gearing.gears" in found
     assert not [name for name in found if name.startswith("lumped.") and name.split(".")[1] in late]
+
+
+def test_a_component_loads_none_of_other_folders():
+    found = loaded("from lumped.components import Inertia")
+    folders = {name.split(".")[2] for name in found if name.startswith("lumped.components.")}
+    assert folders == {"inertia"}
 
 
 def test_only_drawing_needs_matplotlib():

@@ -99,9 +99,12 @@ def _key(source: str, prefix: str) -> str:
     return prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
 
 
-def compile_module(tuned: bool, assembly: str, *called: str) -> bytes:
-    """Object code of an LLVM module, and of others that it calls, which are always tuned."""
-    target = _target_machine()
+def compile_module(tuned: bool, assembly: str, *called: str, machine: Any = None) -> bytes:
+    """Object code of an LLVM module, and of others that it calls, which are always tuned.
+
+    It is made for this processor unless another ``machine`` is given.
+    """
+    target = machine or _target_machine()
     module = _module(assembly, tuned, target)
     for text in called:
         module.link_in(_module(text, True, target))

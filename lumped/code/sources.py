@@ -28,10 +28,16 @@ def version(package: str) -> str:
 
 
 @cache
-def hash_of_all() -> str:
-    """Hash of these modules, and of the versions of Python and of the packages."""
-    parts = [sys.version, *(f"{name} {version(name)}" for name in PACKAGES)]
-    texts = [part.encode() for part in parts]
+def hash_of_modules() -> str:
+    """Hash of these modules."""
+    texts = []
     for file in find_files():
         texts += [file.relative_to(_PACKAGE).as_posix().encode(), file.read_bytes()]
     return hashlib.sha256(b"\n".join(texts)).hexdigest()
+
+
+@cache
+def hash_of_all() -> str:
+    """Hash of these modules, and of the versions of Python and of the packages."""
+    parts = [sys.version, *(f"{name} {version(name)}" for name in PACKAGES), hash_of_modules()]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()

@@ -6,14 +6,13 @@ from collections import defaultdict
 
 import casadi as ca
 import numpy as np
-import scipy
 
 from lumped.compiler.system import System
 from lumped.flattening.residual import VARYING
 from lumped.reduction.diagnosis import equation_text
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
-from lumped.support.sparse_graph import links
+from lumped.support.sparse_graph import find_sets
 
 
 class Constraints:
@@ -143,9 +142,7 @@ def constraints_of(system: System) -> list[Constraints]:
     row, node = (np.concatenate(part) for part in zip(*pairs, strict=True))
     row, node = row[node < reduced.first[-1]], node[node < reduced.first[-1]]
     count = len(rows) + int(reduced.first[-1])
-    _, owner = scipy.sparse.csgraph.connected_components(
-        links(row, len(rows) + node, (count, count)), directed=False
-    )
+    owner = find_sets(np.column_stack([row, len(rows) + node]), count)
     wanted = set(owner[: len(rows)][varies].tolist())
     wanted |= {int(owner[len(rows) + node]) for node in declared_followers(system)}
     own, tied = defaultdict[int, list[int]](list), defaultdict[int, set[int]](set)

@@ -218,12 +218,12 @@ class Structure(Shared):
         always = ca.vertcat(self.raw(self.kept), implicit, self.switching.collect_needed())
         found = find_needed_states(self.values, self.positions, outputs, always)
         invariants = self.values.residuals(self.reduced.invariants)
-        used = uses(invariants, self.values)
+        rows, columns = uses(invariants, self.values)
         while True:
             # a constraint holds if all states in it are integrated
-            touched = np.flatnonzero(used[:, found].sum(axis=1))
+            touched = np.unique(rows[np.isin(columns, found)])
             self.invariants = invariants[touched.tolist()]
-            if set(used[touched].indices.tolist()) <= set(found):
+            if set(columns[np.isin(rows, touched)].tolist()) <= set(found):
                 return found
             always = ca.vertcat(always, self.invariants)
             found = find_needed_states(self.values, self.positions, outputs, always)

@@ -219,11 +219,11 @@ class System(Shared, RichHtml):
         quantities = iter(ca.vertsplit(structure.raw([structure.tree.unknown(k) for k in plain])))
         parts = [structure.formula(k) if isinstance(k, Formula) else next(quantities) for k in keys]
         expression = ca.vertcat(ca.SX(0, 1), *parts)
-        found = uses(expression, structure.values).tocoo()
-        lost = np.setdiff1d(found.col, structure.in_use)
+        rows, columns = uses(expression, structure.values)
+        lost = np.setdiff1d(columns, structure.in_use)
         if len(lost) and not independent_of(expression, lost.tolist(), structure.values).all():
             needed = [structure.node_name(structure.reduced.states[i]) for i in lost]
-            name = keys[found.row[np.isin(found.col, lost)][0]]
+            name = keys[rows[np.isin(columns, lost)][0]]
             wanted = needed if isinstance(name, Formula) else [name]
             raise UnknownNameError(
                 f"'{name}' was left out of the system: it needs {shorten(needed)}. "

@@ -19,12 +19,10 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from lumped.code import code_cache
+from lumped.code import code_cache, shipped
 from lumped.code.machine_code import Code, load_or_compile
 from lumped.code.records import Record, address
 from lumped.code.sources import hash_of_all
-from lumped.code.to_c import as_c
-from lumped.code.to_llvm import as_llvm
 from lumped.support.process_lock import process_lock
 
 Engine = Literal["llvm", "c", "python"]
@@ -72,8 +70,15 @@ def call(name: str, *given: Record | np.ndarray) -> int:
 @_once
 def time_loop() -> Code:
     """The time loop compiled by LLVM."""
-    name = code_cache.loop_name()
-    return load_or_compile(hash_of_all(), lambda: (as_llvm(_kernels()),), name)
+    return shipped.load_code("loop") or load_or_compile(
+        hash_of_all(), lambda: (_loop_assembly(),), code_cache.loop_name()
+    )
+
+
+def _loop_assembly() -> str:
+    from lumped.code.to_llvm import as_llvm
+
+    return as_llvm(_kernels())
 
 
 LANES = 8
@@ -83,14 +88,23 @@ LANES = 8
 @_once
 def lanes() -> Callable[[int], int]:
     """The loop for runs side by side, compiled by LLVM; takes the address of a `Lanes`."""
-    from lumped.kernel.many_runs.lanes import COUNTERPARTS, ENTRIES
-
     name = code_cache.loop_name() + "lanes-"
     source = f"{LANES} {hash_of_all()}"
-    code = load_or_compile(source, lambda: (as_llvm(ENTRIES, LANES, COUNTERPARTS),), name)
+    code = shipped.load_code("lanes") or load_or_compile(source, lambda: (_lanes_assembly(),), name)
     made = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)(code.address("lanes"))
     _kept.append(code)
     return made
+
+
+def _lanes_assembly() -> str:
+    from lumped.code.to_llvm import as_llvm
+    from lumped.kernel.many_runs.lanes import COUNTERPARTS, ENTRIES
+
+    return as_llvm(ENTRIES, LANES, COUNTERPARTS)
+
+
+ASSEMBLY = {"loop": _loop_assembly, "lanes": _lanes_assembly}
+"""What a wheel brings along as machine code."""
 
 
 def entry_address(name: str) -> int:
@@ -127,6 +141,8 @@ def _c_library() -> ctypes.CDLL:
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         raise OSError("there is no C compiler")
+    from lumped.code.to_c import as_c
+
     with tempfile.TemporaryDirectory() as folder:
         source, made = Path(folder) / "loop.c", Path(folder) / "loop.so"
         source.write_text(as_c(_kernels()))

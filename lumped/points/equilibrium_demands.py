@@ -105,9 +105,9 @@ def evaluate_expression(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
 
 def computable_rows(system: System, expression: ca.SX) -> np.ndarray:
     """Which rows depend on states in use only."""
-    used = uses(expression, system.structure.values).tocoo()
+    rows, columns = uses(expression, system.structure.values)
     found = np.ones(expression.numel(), dtype=bool)
-    found[used.row[~np.isin(used.col, system.structure.in_use)]] = False
+    found[rows[~np.isin(columns, system.structure.in_use)]] = False
     return found
 
 

@@ -8,39 +8,21 @@ unmatched ones reach, the over-determined part of Dulmage and Mendelsohn.
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from lumped.errors import SingularModelError
 from lumped.reduction.diagnosis import list_equations, misfit
 from lumped.reduction.incidence import Entries, Incidence
-from lumped.support.sparse_graph import find_reached, links
+from lumped.reduction.matching import (
+    can_match_all,
+    find_competing,
+    find_overdetermined,
+    invert,
+    match_rows,
+)
+from lumped.support.sparse_graph import links
 
 _MOST_ROUNDS = 12
 _MOST_FAULTS = 6
-
-
-def _match(graph: scipy.sparse.csr_array) -> np.ndarray:
-    """Column matched to each row, -1 for none."""
-    found: np.ndarray = scipy.sparse.csgraph.maximum_bipartite_matching(graph, perm_type="column")
-    return found
-
-
-def _inverse(match: np.ndarray, count: int) -> np.ndarray:
-    """Row matched to each column, -1 for none."""
-    rows = np.full(count, -1)
-    rows[match[match >= 0]] = np.flatnonzero(match >= 0)
-    return rows
-
-
-def _find_reached(
-    graph: scipy.sparse.csr_array, match: np.ndarray, starts: np.ndarray
-) -> np.ndarray:
-    """Rows that alternating paths from the rows `starts` reach, themselves included."""
-    n, m = graph.shape
-    to = _inverse(match, m)[graph.indices]
-    known = to >= 0
-    rows = np.repeat(np.arange(n), np.diff(graph.indptr))
-    return find_reached(rows[known], to[known], starts, n)
 
 
 def differentiate(
@@ -75,12 +57,12 @@ def differentiate(
         highest = floor.copy()
         np.maximum.at(highest, entries.classes, entries.orders + times[entries.rows])
         top = entries.orders + times[entries.rows] == highest[entries.classes]
-        graph = links(entries.rows[top], entries.classes[top], (count, len(floor)))
-        match = _match(graph)
-        unmatched = np.flatnonzero(match < 0)
-        if not len(unmatched):
+        graph = entries.rows[top], entries.classes[top], (count, len(floor))
+        competing = find_overdetermined(*graph)
+        if not len(competing):
             return times, highest
-        times[_find_reached(graph, match, unmatched)] += 1
+        times[competing] += 1
+    unmatched = np.flatnonzero(match_rows(*graph) < 0)
     raise SingularModelError(
         f"{incidence.flat.name}: some equations must be differentiated more than "
         f"{_MOST_ROUNDS} times:\n" + list_equations(incidence, unmatched)
@@ -96,13 +78,13 @@ def check_matching(incidence: Incidence, entries: Entries) -> None:
         With the over-determined equations and the undetermined unknowns by name.
     """
     count, classes = incidence.count, incidence.aliases.count
-    graph = links(entries.rows, entries.classes, (count, classes))
-    match = _match(graph)
-    owner = _inverse(match, classes)
-    unmatched, free = np.flatnonzero(match < 0), np.flatnonzero(owner < 0)
-    if not len(unmatched) and not len(free):
+    given = entries.rows, entries.classes, (count, classes)
+    if can_match_all(*given):
         return
-    over = [_find_reached(graph, match, np.array([r])) for r in unmatched[:_MOST_FAULTS]]
+    graph, match = links(*given), match_rows(*given)
+    owner = invert(match, classes)
+    unmatched, free = np.flatnonzero(match < 0), np.flatnonzero(owner < 0)
+    over = [find_competing(graph, match, np.array([r])) for r in unmatched[:_MOST_FAULTS]]
     turned = graph.T.tocsr()
-    under = [_find_reached(turned, owner, np.array([c])) for c in free[:_MOST_FAULTS]]
+    under = [find_competing(turned, owner, np.array([c])) for c in free[:_MOST_FAULTS]]
     raise SingularModelError(misfit(incidence, match, over, under, len(free)))

@@ -8,10 +8,9 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-import scipy
 
 from lumped.reduction.evaluation import Values
-from lumped.support.sparse_graph import find_reached, links
+from lumped.support.sparse_graph import find_reached
 
 _SMALL = 1e-9  # of the largest derivative
 _SITUATIONS = 512  # finds what needs six given modes but for 3 in 10 000
@@ -34,11 +33,11 @@ class LeftOut:
         return f"{self.what}: {self.why}"
 
 
-def uses(expression: ca.SX, values: Values) -> scipy.sparse.csr_array:
-    """Which state occurs in which element of an expression, as a sparse (elements, states)."""
+def uses(expression: ca.SX, values: Values) -> tuple[np.ndarray, np.ndarray]:
+    """Which state occurs in which element of an expression: numbers of elements, of states."""
     rows, columns = ca.jacobian_sparsity(expression, values.states).get_triplet()
-    shape = (expression.numel(), values.states.numel())
-    return links(np.array(rows, dtype=int), np.array(columns, dtype=int), shape)
+    by_row = np.lexsort((columns, rows))
+    return np.array(rows, dtype=int)[by_row], np.array(columns, dtype=int)[by_row]
 
 
 def find_used_states(expression: ca.SX, values: Values) -> np.ndarray:
@@ -138,8 +137,7 @@ def find_needed_states(
     asked = set(find_used_states(kept, values).tolist())
     if outputs is not None:
         asked |= set(find_used_states(outputs, values).tolist())
-        found = uses(rates, values).tocoo()
-        needed = find_reached(found.row, found.col, np.array(sorted(asked), int), len(states))
+        needed = find_reached(*uses(rates, values), np.array(sorted(asked), int), len(states))
         return [int(i) for i in needed]
     moving = np.zeros(len(states), dtype=bool)
     moving[find_used_states(rates, values)] = True

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import NamedTuple, NoReturn
 
 import numpy as np
-import scipy
 
 from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
@@ -17,8 +16,9 @@ from lumped.reduction.aliases import Aliases, eliminate_aliases
 from lumped.reduction.diagnosis import class_names, equation_text, find_combination, list_equations
 from lumped.reduction.incidence import GenericPoint, Incidence, Occurrence
 from lumped.reduction.index_reduction import check_matching, differentiate
+from lumped.reduction.matching import match_rows
 from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
-from lumped.support.sparse_graph import links
+from lumped.support.sparse_graph import find_strong_sets
 
 
 class Block(NamedTuple):
@@ -288,8 +288,7 @@ def _find_blocks(
     column[unknown] = np.arange(len(unknown))
     known = column[nodes] < 0
     n = len(equations)
-    graph = links(rows[~known], column[nodes[~known]], (n, len(unknown)))
-    match = scipy.sparse.csgraph.maximum_bipartite_matching(graph, perm_type="column")
+    match = match_rows(rows[~known], column[nodes[~known]], (n, len(unknown)))
     if n != len(unknown) or (match < 0).any():
         lost = [equations[r] for r in np.flatnonzero(match < 0)[:8]]
         free = unknown[np.setdiff1d(np.arange(len(unknown)), match)[:6]]
@@ -297,10 +296,8 @@ def _find_blocks(
     row_of = np.empty(len(unknown), dtype=int)
     row_of[match] = np.arange(n)
     users, needed = rows[~known], row_of[column[nodes[~known]]]
-    count, owner = scipy.sparse.csgraph.connected_components(
-        links(users, needed, (n, n)), connection="strong"
-    )
-    has_state = np.zeros(count, dtype=bool)
+    owner = find_strong_sets(users, needed, n)
+    has_state = np.zeros(owner.max(initial=-1) + 1, dtype=bool)
     has_state[owner[rows[known]]] = True
     return _order_blocks(
         equations, unknown[match], owner, has_state, owner[users], owner[needed], first[-1]

@@ -259,9 +259,9 @@ def _mark_known(system: System, expressions: list[ca.SX]) -> np.ndarray:
     known = np.ones(len(expressions), dtype=bool)
     if expressions:
         values = system.structure.values
-        found = uses(ca.vertcat(*expressions), values).tocoo()
-        lost = np.setdiff1d(found.col, system.structure.in_use).tolist()
-        for row in np.unique(found.row[np.isin(found.col, lost)]).tolist():
+        rows, columns = uses(ca.vertcat(*expressions), values)
+        lost = np.setdiff1d(columns, system.structure.in_use).tolist()
+        for row in np.unique(rows[np.isin(columns, lost)]).tolist():
             known[row] = independent_of(expressions[row], lost, values).all()
     return known
 

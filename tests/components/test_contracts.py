@@ -57,7 +57,7 @@ def test_a_user_finds_it_where_the_library_says(cls: type[lp.Component]) -> None
 
 @pytest.mark.parametrize("place", [lumped.components, translation], ids=["library", "translation"])
 def test_public_names_are_sorted_and_unique(place: object) -> None:
-    received = place.__all__
+    received = list(place.__all__)
     expected = sorted(set(received))
     assert received == expected
 
