@@ -15,7 +15,6 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.numerics.least_change import least_change
-from lumped.support.sparse_graph import links
 from lumped.timeloop.nominal_sizes import nominals
 
 
@@ -29,10 +28,9 @@ def companions(system: System) -> tuple[np.ndarray, np.ndarray]:
     """
     structure = system.structure
     left = structure.in_states(structure.invariants)
-    rows, columns = ca.jacobian_sparsity(left, system.inputs[0]).get_triplet()
-    shape = (left.numel(), len(structure.states))
-    touch = links(np.array(rows, dtype=int), np.array(columns, dtype=int), shape)
-    a, b = (touch.T @ touch).nonzero()
+    touch = ca.jacobian_sparsity(left, system.inputs[0])
+    # of a symmetric pattern, rows and columns may change places
+    b, a = (np.array(i, dtype=int) for i in ca.mtimes(touch.T, touch).get_triplet())
     order = [structure.reduced.class_and_order(n)[1] for n in structure.states]
     unit = [system.quantity(n).unit if "(" not in n else n for n in system.state_names]
     kinds = list(zip(order, unit, strict=True))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dis
 import functools
 import hashlib
-import importlib.metadata
 import sys
 import sysconfig
 import types
@@ -206,6 +205,8 @@ def _name_version(module: str) -> bytes:
 def _version(package: str) -> str:
     version = getattr(sys.modules.get(package), "__version__", None)
     if version is None:
+        import importlib.metadata  # takes long to load, and is needed rarely
+
         try:
             version = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
