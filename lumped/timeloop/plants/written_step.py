@@ -14,6 +14,7 @@ from lumped.code.writing_out import Place, Value, Writer
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods import dop853
 from lumped.kernel.plant import Function
+from lumped.support.process_lock import process_lock
 
 _MOST_OPERATIONS = 6000
 """Of a step that is written out: longer ones take too long to compile."""
@@ -62,8 +63,9 @@ class WrittenStep:
 
     def compile(self) -> None:
         """Make machine code of it now, unless it is too long."""
-        if self._write is not None and self._code is None:
-            self._take(compile_written(self._key, self._write, self._lanes))
+        with process_lock:  # of several threads one: code of another is not freed while it runs
+            if self._write is not None and self._code is None:
+                self._take(compile_written(self._key, self._write, self._lanes))
 
     def account(self, attempts: int) -> None:
         """Note attempts, those of all lanes one by one; compile what that is worth."""
