@@ -5,7 +5,7 @@ Operations keep their order and rounding, so a function gives the same bits with
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import casadi as ca
@@ -25,7 +25,7 @@ Row = tuple[int, int, int, int]
 
 
 def prepare_parts(
-    functions: Mapping[str, Operations], parameters: int, inverted: Collection[str] = ()
+    functions: Mapping[str, Operations], parameters: int
 ) -> tuple[dict[str, Operations], Operations]:
     """Functions that find parts of them behind the parameters, and the function of these parts.
 
@@ -34,14 +34,9 @@ def prepare_parts(
     functions : dict of str to Operations
     parameters : int
         Number of parameters.
-    inverted : collection of str
-        Functions that multiply by the inverse of what depends on parameters alone, instead of
-        dividing by it; their last bits may change.
     """
     common = _Parts(parameters)
-    found = {
-        name: common.without(function, name in inverted) for name, function in functions.items()
-    }
+    found = {name: common.without(function) for name, function in functions.items()}
     return found, common.operations
 
 
@@ -58,7 +53,7 @@ class _Parts:
         slot = self._slots.setdefault(value, len(self._slots))
         return PARAMETER, place, self._parameters + slot, 0
 
-    def without(self, function: Operations, inverts: bool = False) -> Operations:
+    def without(self, function: Operations) -> Operations:
         """A function that reads what depends on parameters only."""
         held: dict[int, int] = {}
         missing: set[int] = set()
@@ -76,14 +71,10 @@ class _Parts:
                 held[out] = value
                 missing.add(out)
                 continue
-            is_inverted = inverts and op == ca.OP_DIV and b in held
-            for place in read[:1] if is_inverted else read:
+            for place in read:
                 if place in missing:
                     rows += self._read(place, held[place])
                     missing.discard(place)
-            if is_inverted:
-                rows += self._read(function.work, self._rows.apply(ca.OP_INV, held[b]))
-                op, b = ca.OP_MUL, function.work
             rows += (op, out, a, b)
             if op == RESULT:
                 continue
@@ -92,8 +83,7 @@ class _Parts:
             if value is not None:
                 held[out] = value
         table = np.array(rows, dtype=np.int64).reshape(-1, 4)
-        whole = replace(function, table=table, work=function.work + inverts)
-        return first_results(whole, whole.results)
+        return first_results(replace(function, table=table), function.results)
 
     @property
     def operations(self) -> Operations:

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.functions import compile_functions, load_functions
+from lumped.code.inverses import multiply_by_inverses
 from lumped.code.machine_code import Code
 from lumped.code.operations import Operations, operations_of
 from lumped.code.parameter_parts import prepare_parts
@@ -63,8 +64,7 @@ class Executable:
     plant : Plant
         With its tables.
     beside : dict of str to Function, optional
-        More functions for which what depends on parameters alone is computed once for a run, also
-        the inverse of what they divide by.
+        More functions for which what depends on parameters alone is computed once for a run.
     system : System, optional
         Whose Jacobian is found along directions if it is large.
 
@@ -95,8 +95,9 @@ class Executable:
         for name, field in Plant.fields.items():
             if field.kind is Function:
                 setattr(plant, name, none)
-        whole = {**functions, **operations_of_each(beside or {})}
-        found, parts = prepare_parts(whole, sizes["parameters"], beside or ())
+        more = operations_of_each(beside or {})
+        more = {name: multiply_by_inverses(operations) for name, operations in more.items()}
+        found, parts = prepare_parts({**functions, **more}, sizes["parameters"])
         self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {
             **sizes,
@@ -163,10 +164,11 @@ class Executable:
     def written_step(self, lanes: int, integrand: Operations | None = None) -> WrittenStep:
         """The attempt of a step written out, for several lanes side by side."""
         key = lanes, b"" if integrand is None else integrand.key
-        if key not in self._written:
+        found = self._written.get(key)
+        if found is None:
             rates = None if self.plant.invariants else self._operations["rates"]
-            self._written[key] = WrittenStep(rates, self.plant.states, lanes, integrand)
-        return self._written[key]
+            found = WrittenStep(rates, self.plant.states, lanes, integrand)
+        return self._written.setdefault(key, found)
 
     def account(self, run: Run) -> None:
         """Note what a run interpreted since it was asked last; compile what that is worth."""
