@@ -331,7 +331,8 @@ def test_a_sweep_takes_functionals_functions_and_both(system):
     both = lp.sweep(system, of=of, method="steps", **given)
     assert both.labels == ("a", "b", "c", "d")
     assert both.shape == (7, 2)
-    assert (both["b"] == alone["b"]).all()
+    peaks = lp.ensemble(system, of={"b": functional, "d": OF["peak"]}, **given)
+    assert (both["b"] == peaks["b"]).all()  # where peaks are looked for, steps must be good inside
     assert (both["a"] == function["a"]).all()
     w = np.sqrt(both["shaft.c"] / both["body.J"])
     assert both["a"] == pytest.approx(np.sin(w * UNTIL) / w, abs=1e-5)
