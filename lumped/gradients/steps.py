@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import casadi as ca
 import numpy as np
 
+from lumped.code.functions import Columns
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import Record
 from lumped.compiler.system import System
@@ -112,8 +113,8 @@ class Steps(Shared):
     def _columns(self, name: str, width: int) -> CountedFunction:
         """A function of so many columns."""
         if name == "bent":
-            return CountedFunction(self._bent, width, 2 * self._all + 1)
-        return CountedFunction(self.code.beside["pullback"], width, self._all)
+            return CountedFunction(self._bent, Columns(width, 2 * self._all + 1, self._all))
+        return CountedFunction(self.code.beside["pullback"], Columns(width, self._all, self._all))
 
     def _run(self, span: Span, work: int, implicit: bool) -> Run:
         """A run of this thread that stands at the begin of some steps."""
@@ -264,7 +265,7 @@ class Steps(Shared):
         results = width // 2
         implicit = span.needs_matrix
         sweep = Sweep(
-            {"states": n, "parameters": p, "columns": width},
+            {"states": n, "parameters": p, "columns": width, "results": results},
             results=results,
             columns=width,
             parameters=p,
@@ -278,8 +279,9 @@ class Steps(Shared):
             else:
                 setattr(sweep, name, none)
         run = self._run(span, work, implicit)
-        rows = {"adjoint": n, "by_parameters": p, "largest": n, "errors": n}
-        carried = [getattr(sweep, v).reshape(k, width)[:, :count] for v, k in rows.items()]
+        shapes = {"adjoint": (n, width), "by_parameters": (p, results)}
+        shapes |= {"largest": (n, width), "errors": (n, width)}
+        carried = [getattr(sweep, v).reshape(shape)[:, :count] for v, shape in shapes.items()]
         for own, given in zip(carried, later, strict=True):
             own[:] = given
         sweep.weight[:] = self._nominal

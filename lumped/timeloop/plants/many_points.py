@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.functions import (
+    Columns,
     compile_columns,
     compile_functions,
     load_columns,
@@ -40,9 +41,8 @@ class CountedFunction:
     ----------
     operations : Operations
         What it does.
-    columns, columns_from : int
-        How many columns its last states have, in which it is linear, and the first of these
-        states; no columns by default.
+    columns : Columns, optional
+        Of its last states, in which it is linear.
 
     Attributes
     ----------
@@ -50,8 +50,8 @@ class CountedFunction:
         Numbers that it needs while it is interpreted.
     """
 
-    def __init__(self, operations: Operations, columns: int = 0, columns_from: int = 0) -> None:
-        self._operations, self._columns, self._from = operations, columns, columns_from
+    def __init__(self, operations: Operations, columns: Columns | None = None) -> None:
+        self._operations, self._columns = operations, columns
         self.work = operations.work
         self._evaluations = 0
         self._code: Code | None = None
@@ -61,7 +61,7 @@ class CountedFunction:
             constants=operations.constants,
         )
         if columns:
-            self._take(load_columns(operations, columns, columns_from))
+            self._take(load_columns(operations, columns))
         else:
             self._take(load_functions({_NAME: operations}))
 
@@ -69,7 +69,7 @@ class CountedFunction:
         """The function, which will be evaluated so many times more."""
         if self._code is None:
             with process_lock:
-                self._count(evaluations * max(self._columns, 1))
+                self._count(evaluations * (self._columns.width if self._columns else 1))
         return self._record
 
     def along(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
@@ -95,7 +95,7 @@ class CountedFunction:
         if self._code is not None or self._evaluations <= WORTH:
             return
         if self._columns:
-            self._take(compile_columns(self._operations, self._columns, self._from))
+            self._take(compile_columns(self._operations, self._columns))
         else:
             self._take(compile_functions({_NAME: self._operations}))
 
