@@ -101,6 +101,8 @@ class Leg:
     def settings(self, begin: int = 0, end: int | None = None) -> np.ndarray:
         """Settings from one end of a step to another, shape (end - begin + 1, settings)."""
         end = len(self.t) - 1 if end is None else end
+        if len(self._m) == 1:
+            return self._m.repeat(end - begin + 1, axis=0)
         return self._settings_at(np.arange(begin, end + 1))
 
     def _settings_at(self, places: np.ndarray) -> np.ndarray:

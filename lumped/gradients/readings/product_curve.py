@@ -265,22 +265,20 @@ class ProductCurve:
         low, high = np.array([self.legs[k].t[[0, -1]] for k in leg]).T
         if between is not None:
             low, high = np.maximum(low, between[0]), np.minimum(high, between[1])
-        sides, slopes = np.array([t, t]), np.zeros((2, len(t)))
-        is_found = np.zeros(len(t), dtype=bool)
-        for part in _AROUND:
-            own = np.flatnonzero(~is_found)
-            reach = part * length[own]
-            sides[0, own] = np.maximum(t[own] - reach, low[own])
-            sides[1, own] = np.minimum(t[own] + reach, high[own])
-            for k in range(2):
-                slopes[k, own] = sign[own] * self.at(leg[own], sides[k, own])[1]
-            is_found = (slopes[0] > 0) & (slopes[1] <= 0)
+        reach = np.array(_AROUND)[:, None] * length
+        sides = np.array([np.maximum(t - reach, low), np.minimum(t + reach, high)])
+        slopes = self.at(np.broadcast_to(leg, sides.shape).ravel(), sides.ravel())[1]
+        slopes = sign * slopes.reshape(sides.shape)
+        turns = (slopes[0] > 0) & (slopes[1] <= 0)
+        is_found, nearest = turns.any(axis=0), turns.argmax(axis=0)
         own = np.flatnonzero(is_found)
+        begin, end = sides[:, nearest[own], own]
+        at_begin, at_end = slopes[:, nearest[own], own]
         t, value = t.copy(), value.copy()
         t[own] = find_bracketed_roots(
             lambda which, times: sign[own[which]] * self.at(leg[own[which]], times)[1],
-            *(sides[0, own], sides[1, own], slopes[0, own], slopes[1, own]),
-            1e-15 * np.maximum(1.0, sides[1, own]),
+            *(begin, end, at_begin, at_end),
+            1e-15 * np.maximum(1.0, end),
         )
         value[own] = sign[own] * self.at(leg[own], t[own])[0]
         return points._replace(t=t, value=value), is_found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from functools import cached_property
 
 import casadi as ca
@@ -53,7 +54,7 @@ class CountedFunction:
     def __init__(self, operations: Operations, columns: Columns | None = None) -> None:
         self._operations, self._columns = operations, columns
         self.work = operations.work
-        self._evaluations = 0
+        self._evaluations, self._own = 0, threading.local()
         self._code: Code | None = None
         self._record = KernelFunction(
             count=len(operations.table),
@@ -75,8 +76,6 @@ class CountedFunction:
     def along(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
         """Results at each point, shape (points, results); arguments as for `ManyPoints`."""
         found = np.empty((len(t), self._operations.results))
-        run = Run({**_NOTHING, "work": self.work, "parameters": len(p)})
-        run.p[:] = p
         course = Samples(
             points=len(t),
             states=x.shape[1],
@@ -87,8 +86,16 @@ class CountedFunction:
             m=np.ascontiguousarray(m, dtype=float).ravel(),
             found=found.ravel(),
         )
-        engine.call("values", run, self.for_more(len(t)), course)
+        engine.call("values", self._run_at(p), self.for_more(len(t)), course)
         return found
+
+    def _run_at(self, p: np.ndarray) -> Run:
+        """The same run each time, of this thread, with other parameters."""
+        run: Run | None = getattr(self._own, "run", None)
+        if run is None:
+            run = self._own.run = Run({**_NOTHING, "work": self.work, "parameters": len(p)})
+        run.p[:] = p
+        return run
 
     def _count(self, evaluations: int) -> None:
         self._evaluations += evaluations
