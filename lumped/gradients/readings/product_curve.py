@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.legs import SmoothParts, stretches
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.spans import Span
 from lumped.gradients.steps import FRACTIONS, Steps
 from lumped.numerics.bracketed_roots import find_bracketed_roots
@@ -48,8 +48,7 @@ class Samples(NamedTuple):
 def sample_steps(course: SmoothParts, function: ManyPoints) -> Iterator[Samples]:
     """A function in all steps of a run, some at once."""
     last = np.zeros(function.results)
-    for stretch in stretches(course.legs):
-        whole = stretch.span(course.legs)
+    for stretch, whole in course.stretches():
         number, begin, end = np.array(stretch.legs).T
         numbers = np.repeat(number, end - begin + 1)
         follows = np.ones(len(whole.t), dtype=bool)  # on a step of the same part
@@ -209,8 +208,7 @@ class ProductCurve:
 
     def spans(self, between: Window = None) -> Iterator[tuple[np.ndarray, Span]]:
         """Steps, some at once, and the smooth part of each of their ends."""
-        for stretch in stretches(self.legs):
-            span = stretch.span(self.legs)
+        for stretch, span in self.course.stretches():
             number, begin, end = np.array(stretch.legs).T
             numbers, first, last = np.repeat(number, end - begin + 1), 0, len(span.t) - 1
             if between is not None:
