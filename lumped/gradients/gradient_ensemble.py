@@ -18,7 +18,7 @@ from lumped.functionals import Functional
 from lumped.gradients.functional_values import check
 from lumped.gradients.gradient import Gradient, gradient_of
 from lumped.gradients.varied import resolve_name
-from lumped.numerics.process_pool import FORKS, Outcome, outcomes
+from lumped.numerics.process_pool import Outcome, may_fork, outcomes
 from lumped.support.arguments import checked
 from lumped.support.by_name import find_place
 from lumped.support.optional_packages import extra
@@ -185,7 +185,7 @@ class _Gradients:
                 end = clock.perf_counter() + _ALONE
             done += 1
         rest = list(enumerate(points))[done:]
-        for i, outcome, _ in outcomes(self, rest, workers if FORKS else 1, None):
+        for i, outcome, _ in outcomes(self, rest, workers if may_fork() else 1, None):
             yield i, outcome
 
 

@@ -16,9 +16,7 @@ Outcome = list[float] | str
 Task = tuple[int, dict[str, float]]
 Done = tuple[int, Outcome, float]
 
-FORKS = "fork" in multiprocessing.get_all_start_methods()
-"""Whether processes can be forked."""
-
+_FORKS = "fork" in multiprocessing.get_all_start_methods()
 _AHEAD = 2
 """Chunks for each process that are handed out at a time."""
 _CHUNKS = 20
@@ -107,7 +105,12 @@ def _run_in_pool(
 
 
 def _context() -> Any:
-    return multiprocessing.get_context("fork" if FORKS else None)
+    return multiprocessing.get_context("fork" if _FORKS else None)
+
+
+def may_fork() -> bool:
+    """Whether this process may be forked; a daemon, such as a worker of a pool, may not."""
+    return _FORKS and not multiprocessing.current_process().daemon
 
 
 def _begin(job: Callable[[dict[str, float]], Outcome], own_process: bool) -> None:
