@@ -59,6 +59,7 @@ class Steps(Shared):
         self._z = ca.vertcat(x, ca.SX.sym("integrals", self.integrals))
         self._rates = ca.densify(ca.cse(ca.vertcat(system.rates, self.integrands)))
         self._nominal = np.concatenate([nominals(system), np.zeros(self.integrals)])
+        self._atol = np.where(self._nominal > 0, 1e-12 * self._nominal, 1.0)
 
     @property
     @made_once
@@ -121,7 +122,7 @@ class Steps(Shared):
         begin = np.concatenate([span.x[0], np.zeros(self.integrals)])
         run = self.code.at(span.theta, float(span.t[0]), begin, span.m[0])
         run.rtol = 1.0
-        run.atol[:] = np.where(self._nominal > 0, 1e-12 * self._nominal, 1.0)
+        run.atol[:] = self._atol
         if implicit:
             self.code.add_matrix(run)
         if len(run.work) < work:
@@ -305,4 +306,4 @@ def steps_of(system: System, products: tuple[tuple[str, ...], ...]) -> Steps:
 
 def _one_after_the_other(parts: Iterable[np.ndarray], kind: type = float) -> np.ndarray:
     """Arrays in one; never empty."""
-    return np.concatenate([*parts, np.zeros(1)]).astype(kind)
+    return np.concatenate([*parts, np.zeros(1, kind)], dtype=kind)
