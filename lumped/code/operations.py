@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -139,6 +139,13 @@ class Operations:
     def key(self) -> bytes:
         """Bytes that differ for different functions."""
         return hashlib.sha256(self.table.tobytes() + b"|" + self.constants.tobytes()).digest()
+
+    def with_results_at(self, places: list[int]) -> Operations:
+        """The same with each result at another place."""
+        table = self.table.copy()
+        own = table[:, 0] == RESULT
+        table[own, 1] = np.array(places, dtype=np.int64)[table[own, 1]]
+        return replace(self, table=table)
 
 
 def operations_of(function: ca.Function, *, full: bool = True) -> Operations:

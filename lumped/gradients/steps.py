@@ -97,7 +97,22 @@ class Steps(Shared):
         both = ca.vertcat(self._z, self._p)
         found = ca.densify(ca.jtimes(self._rates, both, weights, True))
         inputs = [ca.vertcat(self._z, weights), self._p, self._t, self._m]
-        return ca.Function("pullback", inputs, [found])
+        return ca.Function("pullback", inputs, [found[self._order]])
+
+    @property
+    @made_once
+    def _order(self) -> list[int]:
+        """States and parameters as rates depend on them, the first rate first.
+
+        Results that share weights are computed one after the other then, and little is kept in
+        memory between them.
+        """
+        both = ca.vertcat(self._z, self._p)
+        rows, columns = ca.jacobian_sparsity(self._rates, both).get_triplet()
+        first = np.full(both.numel(), self._all)
+        np.minimum.at(first, columns, rows)
+        found: list[int] = np.argsort(first, kind="stable").tolist()
+        return found
 
     @property
     @made_once
@@ -108,14 +123,15 @@ class Steps(Shared):
         both = ca.vertcat(self._z, self._p)
         found = ca.densify(ca.jtimes(change, both, weights, True))
         inputs = [ca.vertcat(self._z, along, weights), self._p, self._t, self._m]
-        return operations_of(ca.Function("bent", inputs, [found]))
+        return operations_of(ca.Function("bent", inputs, [found[self._order]]))
 
     @made_once
     def _columns(self, name: str, width: int) -> CountedFunction:
         """A function of so many columns."""
-        if name == "bent":
-            return CountedFunction(self._bent, Columns(width, 2 * self._all + 1, self._all))
-        return CountedFunction(self.code.beside["pullback"], Columns(width, self._all, self._all))
+        begin = 2 * self._all + 1 if name == "bent" else self._all
+        function = self._bent if name == "bent" else self.code.beside["pullback"]
+        in_place = function.with_results_at(self._order)
+        return CountedFunction(in_place, Columns(width, begin, self._all))
 
     def _run(self, span: Span, work: int, implicit: bool) -> Run:
         """A run of this thread that stands at the begin of some steps."""
