@@ -23,8 +23,8 @@ from lumped.code.operations import (
     TIME,
     Operations,
     UnsupportedError,
-    places_handed,
     places_read,
+    split_in_parts,
 )
 from lumped.code.to_c import number, write_result
 
@@ -67,18 +67,16 @@ def c_text(function: Operations, name: str) -> str:
         If it has an operation that is not known here.
     """
     rows, constants = function.table.tolist(), function.constants.tolist()
-    count = max(1, -(-len(rows) // _CHUNK))
-    if count == 1:
-        body = _body(rows, constants, set())
+    whole_parts = split_in_parts(rows, _CHUNK)
+    if len(whole_parts) == 1:
+        body = _body(whole_parts[0][0], constants, set())
         return f"void {name}({_ARGUMENTS})\n{{\n{_name_arguments(body)}}}\n"
-    handed = places_handed(rows, _CHUNK)
     parts = []
-    for k in range(count):
-        part = rows[k * _CHUNK : (k + 1) * _CHUNK]
-        body = _body(part, constants, handed[min((k + 1) * _CHUNK, len(rows))])
+    for k, (part, after) in enumerate(whole_parts):
+        body = _body(part, constants, after)
         head = f"static void {name}_{k}({_ARGUMENTS}, double *w)"
         parts.append(f"{head}\n{{\n{_name_arguments(body, 'w')}}}\n")
-    calls = "".join(f"    {name}_{k}(x, p, t, m, out, w);\n" for k in range(count))
+    calls = "".join(f"    {name}_{k}(x, p, t, m, out, w);\n" for k in range(len(parts)))
     whole = f"void {name}({_ARGUMENTS})\n{{\n    double w[{function.work}];\n{calls}}}\n"
     return "\n".join([*parts, whole])
 

@@ -3,7 +3,8 @@
 A function becomes ``void name(const double* x, const double* p, double t, const double* m,
 double* out)``. Operations keep their order and rounding. For several lanes each number is a vector
 of as many, and the time is handed over by its address. A function of columns is linear in its last
-states, which are vectors, as its results are; all else are single numbers.
+states, which are vectors, as its results are; all else are single numbers. Of its last results only
+the first half of the columns is given.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from lumped.code.operations import (
     TIME,
     Operations,
     UnsupportedError,
-    places_handed,
     places_read,
+    split_in_parts,
 )
 
 _CHUNK = 4000
@@ -46,7 +47,11 @@ _PARSED = {op: ast.parse(text, mode="eval").body for op, text in FORMULAS.items(
 
 
 def assembly(
-    function: Operations, name: str, lanes: int = 1, columns_from: int | None = None
+    function: Operations,
+    name: str,
+    lanes: int = 1,
+    columns_from: int | None = None,
+    halved_from: int = 0,
 ) -> str:
     """LLVM assembly of a function.
 
@@ -54,6 +59,8 @@ def assembly(
     ----------
     columns_from : int, optional
         The first of the states that have several columns, as many as lanes.
+    halved_from : int
+        The first of the results of which half of the columns is given.
 
     Raises
     ------
@@ -61,19 +68,15 @@ def assembly(
         If it has an operation that is not known here.
     """
     rows, constants = function.table.tolist(), function.constants.tolist()
-    live = places_handed(rows, _CHUNK)
     work, parts = function.work, []
-    count = max(1, -(-len(rows) // _CHUNK))
     needed: set[str] = set()
     time = "double" if lanes == 1 or columns_from is not None else "ptr"
     given = ARGUMENTS.format(time)
     wide: set[int] = set()
-    for k in range(count):
-        part = rows[k * _CHUNK : (k + 1) * _CHUNK]
-        after = live[min((k + 1) * _CHUNK, len(rows))]
+    for k, (part, after) in enumerate(split_in_parts(rows, _CHUNK)):
         body = Body(constants, needed, lanes)
         if columns_from is not None:
-            body = _ColumnBody(constants, needed, lanes, columns_from, wide)
+            body = _ColumnBody(constants, needed, lanes, columns_from, halved_from, wide)
         lines = body.lines(part, after)
         parts.append(
             f"define internal void @{name}_{k}({given}, ptr noalias %w) noinline {{\n"
@@ -81,7 +84,7 @@ def assembly(
             + "\n  ret void\n}"
         )
     passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %w"
-    calls = "\n".join(f"  call void @{name}_{k}({passed})" for k in range(count))
+    calls = "\n".join(f"  call void @{name}_{k}({passed})" for k in range(len(parts)))
     begin, end = make_room("w", work * lanes, work * lanes <= _MOST_ON_STACK, needed)
     whole = f"define void @{name}({given}) {{\n{begin}\n{calls}\n{end}  ret void\n}}"
     declared = "\n".join(sorted(needed))
@@ -266,8 +269,8 @@ class _ColumnBody(Body):
     ----------
     constants, needed, lanes
         As for `Body`.
-    columns_from : int
-        The first of the states that have columns.
+    columns_from, halved_from : int
+        The first of the states that have columns; of the results of which half of them is given.
     wide : set of int
         Places kept for later chunks that hold wide numbers.
     """
@@ -278,10 +281,12 @@ class _ColumnBody(Body):
         needed: set[str],
         lanes: int,
         columns_from: int,
+        halved_from: int,
         wide: set[int],
     ) -> None:
         super().__init__(constants, needed, 1)
         self._columns, self._from, self._wide_places = lanes, columns_from, wide
+        self._halved_from = halved_from
         self._wide: set[str] = set()
 
     def _widen(self, value: str) -> str:
@@ -308,7 +313,16 @@ class _ColumnBody(Body):
         self._store_one(value, "w", place, is_wide)
 
     def _give(self, value: str, place: int) -> None:
-        self._store_one(self._widen(value), "out", place, True)
+        value, columns = self._widen(value), self._columns
+        if place < self._halved_from:
+            self._store_one(value, "out", place, True)
+            return
+        half = columns // 2
+        kept = ", ".join(f"i32 {k}" for k in range(half))
+        kind = f"<{columns} x double>"
+        first = self._put(f"shufflevector {kind} {value}, {kind} undef, <{half} x i32> <{kept}>")
+        at = self._at("out", columns * self._halved_from + half * (place - self._halved_from))
+        self._text.append(f"  store <{half} x double> {first}, ptr {at}, align 8")
 
     def _input(self, base: str, index: int) -> str:
         is_wide = base == "x" and index >= self._from

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from lumped.code.emit_llvm import assembly
 from lumped.code.emit_taylor import series_assembly
@@ -74,19 +75,37 @@ def load_written(key: str, lanes: int) -> Code | None:
     return load_code(_source(f"step {lanes}", key))
 
 
-def _source_of_columns(function: Operations, columns: int, columns_from: int) -> str:
-    return _source(f"{columns} {columns_from}", function.key.hex())
+class Columns(NamedTuple):
+    """Columns of the last states of a function, in which it is linear (see `emit_llvm`).
+
+    Attributes
+    ----------
+    width : int
+        How many.
+    begin : int
+        The first of these states.
+    halved : int
+        The first of the results of which only the first half of the columns is given.
+    """
+
+    width: int
+    begin: int
+    halved: int
 
 
-def compile_columns(function: Operations, columns: int, columns_from: int) -> Code:
-    """Machine code of a function named ``columns``, for columns side by side (see `emit_llvm`)."""
-    source = _source_of_columns(function, columns, columns_from)
-    return _compile(source, "", 1, lambda: assembly(function, "columns", columns, columns_from))
+def _source_of_columns(function: Operations, columns: Columns) -> str:
+    return _source(" ".join(map(str, columns)), function.key.hex())
 
 
-def load_columns(function: Operations, columns: int, columns_from: int) -> Code | None:
+def compile_columns(function: Operations, columns: Columns) -> Code:
+    """Machine code of a function named ``columns``, for columns side by side."""
+    source = _source_of_columns(function, columns)
+    return _compile(source, "", 1, lambda: assembly(function, "columns", *columns))
+
+
+def load_columns(function: Operations, columns: Columns) -> Code | None:
     """The same if it was made before, else None."""
-    return load_code(_source_of_columns(function, columns, columns_from))
+    return load_code(_source_of_columns(function, columns))
 
 
 def compile_series(function: Operations, order: int, states: int, lanes: int = 1) -> Code:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -74,18 +74,38 @@ def places_read(op: int, a: int, b: int) -> tuple[int, ...]:
     return (a, b) if op in TWO else (a,)
 
 
-def places_handed(rows: list[list[int]], chunk: int) -> dict[int, set[int]]:
-    """Places of the work vector that are still read, where each chunk of operations ends."""
-    held: set[int] = set()
-    found = {len(rows): set(held)}
-    for k in range(len(rows) - 1, -1, -1):
-        op, written, a, b = rows[k]
+def split_in_parts(rows: list[list[int]], size: int) -> list[tuple[list[list[int]], set[int]]]:
+    """Operations in parts of at most so many, each with the places that are still read after it.
+
+    Inputs and constants are read anew in each part, where they are first used.
+    """
+    parts: list[list[list[int]]] = [[]]
+    inputs: dict[int, list[int]] = {}
+    known = set[int]()
+    for row in rows:
+        op, written, a, b = row
+        if op in _NO_PLACES:
+            inputs[written] = row
+            known.discard(written)
+            continue
+        if len(parts[-1]) + 3 > size:  # an operation and its arguments
+            parts.append([])
+            known.clear()
+        read = places_read(op, a, b)
+        parts[-1] += [inputs[v] for v in dict.fromkeys(read) if v in inputs and v not in known]
+        parts[-1].append(row)
+        known.update(read)
         if op != RESULT:
-            held.discard(written)
-        held.update(places_read(op, a, b))
-        if k % chunk == 0:
-            found[k] = set(held)
-    return found
+            known.add(written)
+            inputs.pop(written, None)
+    held, after = set[int](), []
+    for part in reversed(parts):
+        after.append(set(held))
+        for op, written, a, b in reversed(part):
+            if op != RESULT:
+                held.discard(written)
+            held.update(places_read(op, a, b))
+    return list(zip(parts, reversed(after), strict=True))
 
 
 _BITS = 26
@@ -119,6 +139,13 @@ class Operations:
     def key(self) -> bytes:
         """Bytes that differ for different functions."""
         return hashlib.sha256(self.table.tobytes() + b"|" + self.constants.tobytes()).digest()
+
+    def with_results_at(self, places: list[int]) -> Operations:
+        """The same with each result at another place."""
+        table = self.table.copy()
+        own = table[:, 0] == RESULT
+        table[own, 1] = np.array(places, dtype=np.int64)[table[own, 1]]
+        return replace(self, table=table)
 
 
 def operations_of(function: ca.Function, *, full: bool = True) -> Operations:

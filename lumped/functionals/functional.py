@@ -235,16 +235,18 @@ class Functional(Arithmetic["Functional"], Bounded):
         SolverError
             If there is none, as for a root of zero.
         """
-        function = _slopes(self)
-        count = function.size1_in(1)
+        if self.reading is not None:
+            return [Branch(np.ones(1), [])]
+        function, count = _slopes(self)
         every: list[list[int]] = [[]]
         tied: set[int] = set()
         for i in range(count):
             longer = []
             for modes in every:
                 given = modes + [0] * (count - len(modes))
-                _, margins, by = map(np.asarray, function(readings, given))
-                margin, size = float(margins[i, 0]), float(np.abs(by[i]) @ np.abs(readings))
+                _, margins, by = function(readings, given)
+                size = float(np.abs(by[i::count]) @ np.abs(readings))
+                margin = float(margins[i])
                 if abs(margin) <= rtol * size:
                     tied.add(i)
                     longer += [[*modes, 0], [*modes, 1]]
@@ -253,14 +255,14 @@ class Functional(Arithmetic["Functional"], Bounded):
             every = longer
         found = []
         for modes in every:
-            slopes, _, by = map(np.asarray, function(readings, modes))
+            slopes, _, by = function(readings, modes)
             if not np.isfinite(slopes).all():
                 raise SolverError(
                     f"{self}: where {', '.join(map(str, self.readings))} are "
                     f"{', '.join(f'{value:.6g}' for value in readings)}, it has no derivative, as "
                     "a root of zero has none."
                 )
-            found.append(Branch(slopes[0], [(by[i], modes[i]) for i in sorted(tied)]))
+            found.append(Branch(slopes, [(by[i::count], modes[i]) for i in sorted(tied)]))
         return found
 
 
@@ -330,14 +332,18 @@ def _value(functional: Functional) -> ArrayFunction:
 
 
 @lru_cache(256)
-def _slopes(functional: Functional) -> ca.Function:
-    """Derivatives of a functional: (readings, modes) -> (slopes, margins, slopes of margins)."""
+def _slopes(functional: Functional) -> tuple[ArrayFunction, int]:
+    """Derivatives of a functional, and how many kinks it has.
+
+    (readings, modes) -> (slopes, margins, slopes of margins by one reading after the other)
+    """
     leaves, kinks = ca.SX.sym("readings", len(functional.readings)), _Kinks()
     places = dict(zip(functional.readings, ca.vertsplit(leaves), strict=True))
     value = _lower(functional, places.__getitem__, kinks)
     modes, margins = (ca.vertcat(ca.SX(0, 1), *parts) for parts in (kinks.modes, kinks.margins))
     found = ca.jacobian(value, leaves), margins, ca.jacobian(margins, leaves)
-    return ca.Function("slopes", [leaves, modes], [ca.densify(each) for each in found])
+    function = ca.Function("slopes", [leaves, modes], [ca.densify(each) for each in found])
+    return ArrayFunction(function), modes.numel()
 
 
 def readings_of(functionals: Iterable[Functional]) -> tuple[Reading, ...]:

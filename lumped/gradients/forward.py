@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.errors import SolverError
 from lumped.gradients.jumps import Crossing
-from lumped.gradients.legs import legs_of, pieces_of
+from lumped.gradients.legs import SmoothParts, legs_of, pieces_of
 from lumped.gradients.saltation import crossings_of
 from lumped.gradients.steps import Steps
 from lumped.kernel import engine
@@ -217,7 +217,7 @@ class Forward:
 
     def crossings(self, run: Trajectory) -> list[Crossing]:
         """How derivatives jump between the pieces."""
-        return crossings_of(run, legs_of(run), self.rtol)
+        return crossings_of(SmoothParts(run, legs_of(run), self.steps, self.rtol))
 
     def follow(
         self,

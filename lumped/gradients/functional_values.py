@@ -15,7 +15,7 @@ from lumped.functionals.functional import Branch, readings_of, refuse_other
 from lumped.functionals.readings import Integral, Reading
 from lumped.gradients.forward import Followed
 from lumped.gradients.joined_pieces import join_pieces
-from lumped.gradients.legs import Leg, pieces_of
+from lumped.gradients.legs import Leg, SmoothParts, pieces_of
 from lumped.gradients.readings.functional_terms import ReadParts
 from lumped.gradients.readings.instant_terms import AdjointPoint, InstantTerms, ReadingTerms
 from lumped.gradients.saltation import crossings_of
@@ -163,8 +163,9 @@ class RunReadings:
         legs = [Leg(run, p) for p in (join_pieces(run, pieces, wanted) if joins else pieces)]
         integrals = {k: f for k, f in enumerate(wanted) if isinstance(f, Integral)}
         products = tuple(tuple(map(system.key, f.factors)) for f in integrals.values())
-        crossings = crossings_of(run, legs, rtol)
-        course = ReadParts(run, legs, steps_of(system, products), rtol, crossings)
+        parts = SmoothParts(run, legs, steps_of(system, products), rtol)
+        crossings = crossings_of(parts)
+        course = ReadParts(run, legs, parts.steps, rtol, crossings, parts.whole)
         refuse_touches(course, any(course.ends(f) for f in wanted))
         for reading in wanted:
             course.cut(reading)

@@ -285,20 +285,18 @@ def _chain_derivatives(
 ) -> np.ndarray:
     """Derivatives by what is varied, through states at the time zero and directly."""
     by_states, by_parameters = carried.adjoint, carried.by_parameters
-    found = np.zeros((by_states.shape[1], len(places)))
+    found, which = np.zeros((by_states.shape[1], len(places))), np.array(places, dtype=int)
     for begin in range(0, len(places), _COLUMNS):
         own = slice(begin, begin + _COLUMNS)
-        seed = np.zeros((len(by_parameters), len(places[own])))
-        for column, place in enumerate(places[own]):
-            if place >= 0:
-                seed[place, column] = 1.0
+        seed = np.zeros((len(by_parameters), len(which[own])))
+        columns = np.flatnonzero(which[own] >= 0)
+        seed[which[own][columns], columns] = 1.0
         units = {unknown: unit[own] for unknown, unit in varied.items()}
         S = slopes_at_start(run, start, seed, units)
         found[:, own] = by_states[: len(S)].T @ S
-    # one by one: what has no derivative by one parameter may have one by others
-    for column, place in enumerate(places):
-        if place >= 0:
-            found[:, column] += by_parameters[place]
+    # no product: what has no derivative by one parameter may have one by others
+    columns = np.flatnonzero(which >= 0)
+    found[:, columns] += by_parameters[which[columns]].T
     return found
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
-from dataclasses import dataclass
+import time as clock
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Unpack
 
 import numpy as np
@@ -19,6 +18,7 @@ from lumped.functionals import Functional
 from lumped.gradients.functional_values import check
 from lumped.gradients.gradient import Gradient, gradient_of
 from lumped.gradients.varied import resolve_name
+from lumped.numerics.process_pool import Outcome, may_fork, outcomes
 from lumped.support.arguments import checked
 from lumped.support.by_name import find_place
 from lumped.support.optional_packages import extra
@@ -26,6 +26,9 @@ from lumped.support.progress import Progress
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
 from lumped.timeloop.run_options import RunOptions, RunPlan, run_plan
+
+_ALONE = 0.1
+"""Time after the first gradient in which no other process helps: it would take that to begin, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,9 @@ def gradient_ensemble(
 ) -> GradientEnsemble:
     """Functionals of many runs and their derivatives, on all cores.
 
-    Each is what `gradient` gives for the parameters of one run.
+    Each is what `gradient` gives for the parameters of one run. Most is done by forked processes,
+    as Python, which one thread at a time runs, is much of a gradient; where there are no forks,
+    one is done after the other.
 
     Parameters
     ----------
@@ -113,7 +118,7 @@ def gradient_ensemble(
     until, rtol
         As for `gradient`.
     workers : int, optional
-        Threads; default is one for each core.
+        Processes; default is one for each core.
     **options : RunOptions
         Of each run (see `RunOptions`).
 
@@ -141,17 +146,47 @@ def gradient_ensemble(
     return gradients_at(system, varied.names, varied.values, tuple(of), names, plan, workers)
 
 
-def gradient_at(
-    system: System,
-    names: tuple[str, ...],
-    values: np.ndarray,
-    of: Sequence[Functional],
-    by: tuple[str, ...],
-    plan: RunPlan,
-) -> Gradient:
-    """The gradient at a point that was checked."""
-    given = plan.changes(system) | dict(zip(names, values.tolist(), strict=True))
-    return gradient_of(system, of, by, plan._replace(parameters=given))
+@dataclass
+class _Gradients:
+    """Gradients at points that were checked; arguments as for `gradient_of`.
+
+    Attributes
+    ----------
+    first : LumpedError or None
+        The first failure in this process.
+    """
+
+    system: System
+    of: Sequence[Functional]
+    by: tuple[str, ...]
+    plan: RunPlan
+    first: LumpedError | None = field(default=None, init=False)
+
+    def at(self, point: dict[str, float]) -> Gradient:
+        """The gradient at a point."""
+        plan = self.plan._replace(parameters=self.plan.changes(self.system) | point)
+        return gradient_of(self.system, self.of, self.by, plan)
+
+    def __call__(self, point: dict[str, float]) -> Outcome:
+        """Values, their errors and derivatives, one after the other, or why there are none."""
+        try:
+            found = self.at(point)
+        except LumpedError as error:
+            self.first = self.first or error
+            return str(error)
+        return [*found.values.tolist(), *found.errors.tolist(), *found.derivatives.ravel().tolist()]
+
+    def at_all(self, points: list[dict[str, float]], workers: int) -> Iterator[tuple[int, Outcome]]:
+        """Numbers at all points; those at the first are found here, which makes what all need."""
+        done, end = 0, np.inf
+        while done < len(points) and clock.perf_counter() < end:
+            yield done, self(points[done])
+            if not done:
+                end = clock.perf_counter() + _ALONE
+            done += 1
+        rest = list(enumerate(points))[done:]
+        for i, outcome, _ in outcomes(self, rest, workers if may_fork() else 1, None):
+            yield i, outcome
 
 
 def gradients_at(
@@ -164,38 +199,25 @@ def gradients_at(
     workers: int | None = None,
 ) -> GradientEnsemble:
     """Gradients at points, shape (n, len(names)), that were checked."""
-
-    def one(row: np.ndarray) -> Gradient | LumpedError:
-        try:
-            return gradient_at(system, names, row, of, by, plan)
-        except LumpedError as error:
-            return error
-
-    shape = len(points), len(of)
-    values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
-    derivatives = np.full((*shape, len(by)), np.nan)
-    failures: dict[int, str] = {}
-    first: LumpedError | None = None
-    with (
-        ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool,
-        Progress(f"{system.name}: gradients", len(points)) as progress,
-    ):
-        waiting = [pool.submit(copy_context().run, one, row) for row in points]
-        try:
-            for i, future in enumerate(waiting):
-                found = future.result()
-                if isinstance(found, LumpedError):
-                    failures[i], first = str(found), first or found
-                else:
-                    values[i], errors[i] = found.values, found.errors
-                    derivatives[i] = found.derivatives
-                progress.at(i + 1)
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-    if first is not None and len(failures) == len(points):
-        if isinstance(first, OptionError | UnknownNameError):
-            raise first
+    job, count = _Gradients(system, of, by, plan), len(of)
+    given = [dict(zip(names, row, strict=True)) for row in points.tolist()]
+    whole = np.full((len(points), count * (2 + len(by))), np.nan)
+    failures = dict.fromkeys(range(len(points)), "interrupted before it was run")
+    with Progress(f"{system.name}: gradients", len(points)) as progress:
+        found = job.at_all(given, workers or os.cpu_count() or 1)
+        for done, (i, outcome) in enumerate(found, 1):
+            if isinstance(outcome, str):
+                failures[i] = outcome
+            else:
+                del failures[i]
+                whole[i] = outcome
+            progress.at(done)
+    if job.first is not None and len(failures) == len(points):
+        if isinstance(job.first, OptionError | UnknownNameError):
+            raise job.first
         raise SolverError(f"all {len(points)} runs fail. Run 0: {failures[0]}", None)
+    values, errors, derivatives = np.split(whole, (count, 2 * count), axis=1)
+    derivatives = derivatives.reshape(len(points), count, len(by))
     labels = tuple(str(functional) for functional in of)
     return GradientEnsemble(names, points, labels, by, values, errors, derivatives, failures)
 
@@ -248,11 +270,12 @@ def value_and_gradient(
     plan = run_plan(until, rtol, options)
     names = _names("value_and_gradient", system, weights, by)
     factors = np.array(list(weights.values()), dtype=float)
+    gradients = _Gradients(system, tuple(weights), names, plan)
 
     def function(values: np.ndarray) -> tuple[float, np.ndarray]:
         point = np.asarray(values, dtype=float)
         _check_shape(system, names, point.shape)
-        found = gradient_at(system, names, point, tuple(weights), names, plan)
+        found = gradients.at(dict(zip(names, point.tolist(), strict=True)))
         return float(factors @ found.values), factors @ found.derivatives
 
     return function
@@ -285,7 +308,7 @@ def to_jax(
     until, rtol
         As for `gradient`.
     workers : int, optional
-        Threads for a batch; default is one for each core.
+        Processes for a batch; default is one for each core.
     **options : RunOptions
         Of each run (see `RunOptions`).
 
@@ -310,12 +333,12 @@ def to_jax(
         )
     wanted = tuple(of)
     plan, names = run_plan(until, rtol, options), _names("to_jax", system, wanted, by)
-    sizes = len(wanted), len(names)
+    sizes, gradients = (len(wanted), len(names)), _Gradients(system, wanted, names, plan)
 
     def compute(values: Any) -> tuple[np.ndarray, np.ndarray]:
         points = np.asarray(values, dtype=float)
         if points.ndim == 1:
-            found = gradient_at(system, names, points, wanted, names, plan)
+            found = gradients.at(dict(zip(names, points.tolist(), strict=True)))
             return found.values, found.derivatives
         rows = points.reshape(-1, sizes[1])
         many = gradients_at(system, names, rows, wanted, names, plan, workers)

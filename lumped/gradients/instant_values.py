@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.gradients.legs import Leg, stretches
+from lumped.gradients.legs import SmoothParts
 from lumped.support.made_once import made_once
 from lumped.timeloop.clocks import Clock, clocks
 from lumped.timeloop.plants.many_points import ManyPoints
-from lumped.timeloop.results.trajectory import Trajectory
 
 
 class InstantValues(NamedTuple):
@@ -113,14 +111,13 @@ def _margins(system: System) -> ManyPoints:
     return ManyPoints(ca.Function("margins", system.inputs, [found]))
 
 
-def margin_sizes(run: Trajectory, legs: Sequence[Leg]) -> np.ndarray:
-    """Greatest size of each margin in each of several smooth parts, shape (legs, margins)."""
-    function = _margins(run.system)
-    found = np.zeros((len(legs), function.results))
+def margin_sizes(course: SmoothParts) -> np.ndarray:
+    """Greatest size of each margin in each smooth part of a run, shape (legs, margins)."""
+    function = _margins(course.run.system)
+    found = np.zeros((len(course.legs), function.results))
     if not function.results:
         return found
-    for part in stretches(legs):
-        span = part.span(legs)
+    for part, span in course.stretches():
         sizes = np.abs(function(span.x, span.theta, span.t, span.m))
         largest = np.maximum.reduceat(sizes, part.places, axis=0)
         np.maximum.at(found, [number for number, _, _ in part.legs], largest)

@@ -7,8 +7,8 @@ dealt with in stretches, over the changes between its smooth parts.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Container, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,8 +44,10 @@ class Leg:
     """
 
     def __init__(self, run: Trajectory, piece: Piece) -> None:
-        new = np.append(True, np.diff(piece.t) > 0)
-        t, x, m = (v if new.all() else v[new] for v in (piece.t, piece.x, piece.settings))
+        t, x, m = piece.t, piece.x, piece.settings
+        new = t[1:] > t[:-1]
+        if not new.all():
+            t, x, m = (v[np.append(True, new)] for v in (t, x, m))
         self._run = run
         self.t = t if piece.ends is None else piece.ends
         self._of_run = np.arange(len(self.t))
@@ -101,6 +103,8 @@ class Leg:
     def settings(self, begin: int = 0, end: int | None = None) -> np.ndarray:
         """Settings from one end of a step to another, shape (end - begin + 1, settings)."""
         end = len(self.t) - 1 if end is None else end
+        if len(self._m) == 1:
+            return self._m.repeat(end - begin + 1, axis=0)
         return self._settings_at(np.arange(begin, end + 1))
 
     def _settings_at(self, places: np.ndarray) -> np.ndarray:
@@ -226,6 +230,8 @@ class SmoothParts:
         Its accuracy.
     crossings : sequence of Crossing
         How derivatives jump where each part but the first begins.
+    whole : dict
+        All steps, if they make one stretch, by the numbers of ends of steps.
     """
 
     run: Trajectory
@@ -233,6 +239,23 @@ class SmoothParts:
     steps: Steps
     rtol: float
     crossings: Sequence[Crossing] = ()
+    whole: dict[tuple[int, ...], tuple[Stretch, Span]] = field(default_factory=dict)
+
+    def stretches(
+        self, apart: Collection[int] = (), *, backwards: bool = False
+    ) -> Iterator[tuple[Stretch, Span]]:
+        """Stretches and their steps (see `stretches`)."""
+        ends = tuple(len(leg.t) for leg in self.legs)
+        if not apart and ends in self.whole:
+            yield self.whole[ends]
+            return
+        parts = stretches(self.legs, apart)
+        for part in reversed(parts) if backwards else parts:
+            pair = part, part.span(self.legs)
+            if len(parts) == 1:
+                self.whole.clear()
+                self.whole[ends] = pair
+            yield pair
 
     @property
     def until(self) -> float:

@@ -13,7 +13,7 @@ from lumped.flattening import hold_modes
 from lumped.gradients.causes import Cause, Causes, Instant, Stop
 from lumped.gradients.instant_values import looks_of, margin_sizes, rates_along
 from lumped.gradients.jumps import Crossing, EventDerivatives, Side
-from lumped.gradients.legs import Leg
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.state_changes import Changes
 from lumped.support.made_once import made_once
 from lumped.timeloop.results.event import Event
@@ -37,21 +37,20 @@ class Saltation:
         self._sharing = np.concatenate([s.first_modes + i for i in _SHARING])
         self._jumping = {jump.name for jump in s.jumps}
 
-    def between(self, run: Trajectory, legs: Sequence[Leg], rtol: float) -> list[Crossing]:
+    def between(self, course: SmoothParts, accuracy: np.ndarray) -> list[Crossing]:
         """Derivatives where each of the smooth parts but the first begins.
 
         Parameters
         ----------
-        rtol : float
-            Relative accuracy of the run.
+        accuracy : ndarray, shape (legs, margins)
+            How well each margin is known in each of them.
 
         Raises
         ------
         SolverError
             If there are none.
         """
-        if len(legs) < 2:
-            return []
+        run, legs = course.run, course.legs
         t = np.array([leg.t[0] for leg in legs[1:]])
         old, new = [leg.side(-1) for leg in legs[:-1]], [leg.side(0) for leg in legs[1:]]
         (x_old, m_old), (x_new, m_new) = (
@@ -59,14 +58,13 @@ class Saltation:
         )
         values = self._looks.along(x_old, run.theta, t, m_old)
         after = self._rates(x_new, run.theta, t, m_new)
-        sizes = margin_sizes(run, legs[:-1])
         events: dict[float, list[Event]] = {}
         for event in run.events:
             events.setdefault(event.time, []).append(event)
         found = []
         for k, time in enumerate(t.tolist()):
-            at, accuracy = Instant(run, time, old[k], new[k]), rtol * sizes[k]
-            found.append(self._at(Stop(at, values[k], after[k], accuracy, events.get(time, ()))))
+            at, own = Instant(run, time, old[k], new[k]), events.get(time, ())
+            found.append(self._at(Stop(at, values[k], after[k], accuracy[k], own)))
         return found
 
     def _at(self, stop: Stop) -> Crossing:
@@ -265,20 +263,22 @@ def saltation_of(system: System) -> Saltation:
     return Saltation(system)
 
 
-def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing]:
-    """How derivatives jump where each leg but the first begins.
+def crossings_of(course: SmoothParts) -> list[Crossing]:
+    """How derivatives jump where each smooth part of a run but the first begins.
 
     Raises
     ------
     SolverError
         Where the run has no derivatives.
     """
-    saltation = saltation_of(run.system)
-    found = saltation.between(run, legs, rtol)
-    soon = _AT_ONCE * float(legs[-1].t[-1])
+    if len(course.legs) < 2:
+        return []
+    run, sizes, saltation = course.run, margin_sizes(course), saltation_of(course.run.system)
+    found = saltation.between(course, course.rtol * sizes)
+    soon = _AT_ONCE * course.until
     for k in range(len(found) - 1):
         if found[k + 1].t - found[k].t <= soon and found[k].orders:
-            accuracy = max(rtol, _AT_ONCE) * margin_sizes(run, [legs[k]])[0]
+            accuracy = max(course.rtol, _AT_ONCE) * sizes[k]
             both = saltation.join(run, found[k], found[k + 1], accuracy)
             if both is not None:
                 found[k], found[k + 1] = Crossing(found[k].t, ()), both

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -34,14 +36,14 @@ class Span:
     is_implicit: np.ndarray
     changes: Sequence[int] = ()
 
-    @property
+    @cached_property
     def is_step(self) -> np.ndarray:
         """Whether a step leads from each end to the next, shape (k,)."""
         found = np.ones(len(self.t) - 1, dtype=np.int64)
         found[list(self.changes)] = 0
         return found
 
-    @property
+    @cached_property
     def needs_matrix(self) -> bool:
         """Whether a step of the implicit method is among them."""
         return bool((self.is_implicit & (self.is_step > 0)).any())
@@ -60,8 +62,10 @@ class Span:
         if len(spans) == 1:
             return first
         t, x, m = (np.concatenate([getattr(span, v) for span in spans]) for v in ("t", "x", "m"))
-        ends = np.cumsum([len(span.t) for span in spans]).tolist()
-        implicit = np.concatenate([np.append(span.is_implicit, False) for span in spans])[:-1]
+        ends = list(itertools.accumulate(len(span.t) for span in spans))
+        implicit = np.zeros(len(t) - 1, dtype=bool)
+        for span, end in zip(spans, ends, strict=True):
+            implicit[end - len(span.t) : end - 1] = span.is_implicit
         return Span(first.theta, t, x, m, implicit, [end - 1 for end in ends[:-1]])
 
 

@@ -11,7 +11,10 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.flattening import hold_modes
 from lumped.support.array_function import ArrayFunction
-from lumped.support.made_once import Shared, made_once
+from lumped.support.made_once import Recent, Shared, made_once
+
+_KEPT = 64
+"""Changes of settings of which is kept what may become of the states."""
 
 
 class Blow(NamedTuple):
@@ -128,8 +131,9 @@ class Changes(Shared):
         self._not_held = np.setdiff1d(np.arange(system.structure.mode_count), held)
         self._impulsive = ~(s.has_upper & s.has_lower)
         self._place = {node: i for i, node in enumerate(system.structure.states)}
+        self._recent_acts = Recent[list[Act]](_KEPT)
 
-    def acts(self, used: tuple[int, ...], old: np.ndarray, new: np.ndarray) -> Iterator[Act]:
+    def acts(self, used: tuple[int, ...], old: np.ndarray, new: np.ndarray) -> list[Act]:
         """What may become of the states: `when` statements, and bodies that hit each other.
 
         Parameters
@@ -139,6 +143,10 @@ class Changes(Shared):
         old, new : ndarray
             Settings on both sides.
         """
+        key = used, old.tobytes(), new.tobytes()
+        return self._recent_acts.of(key, lambda: list(self._list_acts(used, old, new)))
+
+    def _list_acts(self, used: tuple[int, ...], old: np.ndarray, new: np.ndarray) -> Iterator[Act]:
         s = self.system.switching
         rows = [s.rows[i] for i in used]
         jumps: tuple[int, ...] = ()

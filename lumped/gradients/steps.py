@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import casadi as ca
 import numpy as np
 
+from lumped.code.functions import Columns
 from lumped.code.operations import Operations, operations_of
 from lumped.code.records import Record
 from lumped.compiler.system import System
@@ -58,6 +59,7 @@ class Steps(Shared):
         self._z = ca.vertcat(x, ca.SX.sym("integrals", self.integrals))
         self._rates = ca.densify(ca.cse(ca.vertcat(system.rates, self.integrands)))
         self._nominal = np.concatenate([nominals(system), np.zeros(self.integrals)])
+        self._atol = np.where(self._nominal > 0, 1e-12 * self._nominal, 1.0)
 
     @property
     @made_once
@@ -95,7 +97,22 @@ class Steps(Shared):
         both = ca.vertcat(self._z, self._p)
         found = ca.densify(ca.jtimes(self._rates, both, weights, True))
         inputs = [ca.vertcat(self._z, weights), self._p, self._t, self._m]
-        return ca.Function("pullback", inputs, [found])
+        return ca.Function("pullback", inputs, [found[self._order]])
+
+    @property
+    @made_once
+    def _order(self) -> list[int]:
+        """States and parameters as rates depend on them, the first rate first.
+
+        Results that share weights are computed one after the other then, and little is kept in
+        memory between them.
+        """
+        both = ca.vertcat(self._z, self._p)
+        rows, columns = ca.jacobian_sparsity(self._rates, both).get_triplet()
+        first = np.full(both.numel(), self._all)
+        np.minimum.at(first, columns, rows)
+        found: list[int] = np.argsort(first, kind="stable").tolist()
+        return found
 
     @property
     @made_once
@@ -106,21 +123,22 @@ class Steps(Shared):
         both = ca.vertcat(self._z, self._p)
         found = ca.densify(ca.jtimes(change, both, weights, True))
         inputs = [ca.vertcat(self._z, along, weights), self._p, self._t, self._m]
-        return operations_of(ca.Function("bent", inputs, [found]))
+        return operations_of(ca.Function("bent", inputs, [found[self._order]]))
 
     @made_once
     def _columns(self, name: str, width: int) -> CountedFunction:
         """A function of so many columns."""
-        if name == "bent":
-            return CountedFunction(self._bent, width, 2 * self._all + 1)
-        return CountedFunction(self.code.beside["pullback"], width, self._all)
+        begin = 2 * self._all + 1 if name == "bent" else self._all
+        function = self._bent if name == "bent" else self.code.beside["pullback"]
+        in_place = function.with_results_at(self._order)
+        return CountedFunction(in_place, Columns(width, begin, self._all))
 
     def _run(self, span: Span, work: int, implicit: bool) -> Run:
         """A run of this thread that stands at the begin of some steps."""
         begin = np.concatenate([span.x[0], np.zeros(self.integrals)])
         run = self.code.at(span.theta, float(span.t[0]), begin, span.m[0])
         run.rtol = 1.0
-        run.atol[:] = np.where(self._nominal > 0, 1e-12 * self._nominal, 1.0)
+        run.atol[:] = self._atol
         if implicit:
             self.code.add_matrix(run)
         if len(run.work) < work:
@@ -264,7 +282,7 @@ class Steps(Shared):
         results = width // 2
         implicit = span.needs_matrix
         sweep = Sweep(
-            {"states": n, "parameters": p, "columns": width},
+            {"states": n, "parameters": p, "columns": width, "results": results},
             results=results,
             columns=width,
             parameters=p,
@@ -278,8 +296,9 @@ class Steps(Shared):
             else:
                 setattr(sweep, name, none)
         run = self._run(span, work, implicit)
-        rows = {"adjoint": n, "by_parameters": p, "largest": n, "errors": n}
-        carried = [getattr(sweep, v).reshape(k, width)[:, :count] for v, k in rows.items()]
+        shapes = {"adjoint": (n, width), "by_parameters": (p, results)}
+        shapes |= {"largest": (n, width), "errors": (n, width)}
+        carried = [getattr(sweep, v).reshape(shape)[:, :count] for v, shape in shapes.items()]
         for own, given in zip(carried, later, strict=True):
             own[:] = given
         sweep.weight[:] = self._nominal
@@ -303,4 +322,4 @@ def steps_of(system: System, products: tuple[tuple[str, ...], ...]) -> Steps:
 
 def _one_after_the_other(parts: Iterable[np.ndarray], kind: type = float) -> np.ndarray:
     """Arrays in one; never empty."""
-    return np.concatenate([*parts, np.zeros(1)]).astype(kind)
+    return np.concatenate([*parts, np.zeros(1, kind)], dtype=kind)

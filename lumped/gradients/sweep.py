@@ -16,7 +16,7 @@ import numpy as np
 
 from lumped.errors import SolverError
 from lumped.gradients.jumps import EventDerivatives
-from lumped.gradients.legs import Leg, SmoothParts, Stretch, stretches
+from lumped.gradients.legs import Leg, SmoothParts, Stretch
 from lumped.gradients.readings.instant_terms import AdjointPoint
 from lumped.gradients.spans import Back, Carried, Jump, Pulse, Span
 from lumped.gradients.varied import TIGHTER
@@ -193,15 +193,14 @@ def sweep(
         With the instants of the points and spans among the ends of steps.
     """
     q, count = seeds.chosen.shape
-    run, legs, crossings = course.run, course.legs, course.crossings
+    run, crossings = course.run, course.crossings
     n = course.steps.states
     own = _Sweep(course, seeds, points)
     found = [Carried(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
     for point in points:
         found[0].by_parameters[:, point.column] += point.by_parameters
     several = {k for k, crossing in enumerate(crossings, 1) if len(crossing.orders) > 1}
-    for part in reversed(stretches(legs, several)):
-        span = part.span(legs)
+    for part, span in course.stretches(several, backwards=True):
         found = [own.over(part, span, swept) for swept in found]
         number, begin, _ = part.legs[0]
         if begin or number not in several:
@@ -329,6 +328,8 @@ def _parts(errors: np.ndarray, allowed: np.ndarray, implicit: np.ndarray) -> np.
 def _totals(legs: list[Leg], by_step: StepResults, seeds: Seeds) -> tuple[np.ndarray, np.ndarray]:
     """Each integral over its span, and that of its size; spans end where steps do."""
     found, sizes = np.zeros(len(seeds.spans)), np.zeros(len(seeds.spans))
+    if not len(found):
+        return found, sizes
     for leg, parts in zip(legs, by_step.parts, strict=True):
         middle = 0.5 * (leg.t[1:] + leg.t[:-1])[:, None]
         inside = (seeds.spans[:, 0] < middle) & (middle < seeds.spans[:, 1])

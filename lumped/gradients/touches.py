@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -43,7 +44,7 @@ def refuse_touches(course: SmoothParts, ends: bool) -> None:
         return
     leg, t = legs[-1], float(legs[-1].t[-1])
     left, rates = np.split(touches.at(np.array([len(legs) - 1]), leg.t[-1:])[0], 2)
-    near = left <= TURNING * course.rtol * margin_sizes(course.run, [leg])[0]
+    near = left <= TURNING * course.rtol * margin_sizes(replace(course, legs=[leg], whole={}))[0]
     for row in np.flatnonzero(near & (rates < 0)).tolist():
         touches.check(leg, row, t, "is just about to change, and the run ends")
 

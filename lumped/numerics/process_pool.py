@@ -16,6 +16,7 @@ Outcome = list[float] | str
 Task = tuple[int, dict[str, float]]
 Done = tuple[int, Outcome, float]
 
+_FORKS = "fork" in multiprocessing.get_all_start_methods()
 _AHEAD = 2
 """Chunks for each process that are handed out at a time."""
 _CHUNKS = 20
@@ -84,7 +85,8 @@ def _run_in_pool(
                 chunk = waiting.pop()
                 with warnings.catch_warnings():
                     # forks wait until no other thread holds the lock of the process
-                    warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
+                    for kind in (DeprecationWarning, RuntimeWarning):  # of Python, of JAX
+                        warnings.filterwarnings("ignore", ".*fork", kind)
                     running[pool.submit(_work, chunk)] = chunk
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
@@ -103,8 +105,12 @@ def _run_in_pool(
 
 
 def _context() -> Any:
-    forks = "fork" in multiprocessing.get_all_start_methods()
-    return multiprocessing.get_context("fork" if forks else None)
+    return multiprocessing.get_context("fork" if _FORKS else None)
+
+
+def may_fork() -> bool:
+    """Whether this process may be forked; a daemon, such as a worker of a pool, may not."""
+    return _FORKS and not multiprocessing.current_process().daemon
 
 
 def _begin(job: Callable[[dict[str, float]], Outcome], own_process: bool) -> None:

@@ -85,6 +85,8 @@ class StartSlopes:
         self, theta: np.ndarray, time: float, values: list[float], directions: np.ndarray
     ) -> np.ndarray:
         """Derivatives along directions of parameters and start values, which are columns."""
+        if not len(self._pattern[0]):
+            return np.zeros((self._shape[0], directions.shape[1]))
         matrix = scipy.sparse.coo_array(
             (self._call(theta, time, values)[0], self._pattern), self._shape
         )

@@ -136,7 +136,7 @@ def find_start(
     except StartError as error:
         fault = error
     if not (free or together or system.structure.flat.initial):
-        before = point and (point.before or point)
+        before = point if point is None or point.before is None else point.before
         try:
             better = consistent_point(
                 system, system.theta(parameters), by_name(start), time, before
@@ -146,7 +146,8 @@ def find_start(
                 raise
             raise StartError(f"{fault} {error}") from None
         if better is not None:
-            if point is not None and better.system is system and better.x is (before or point).x:
+            is_kept = before is not None and better.system is system and better.x is before.x
+            if point is not None and is_kept:
                 return replace(point, lost=better.lost)
             again = None
             if system.structure.lost_states:

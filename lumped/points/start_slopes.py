@@ -58,7 +58,7 @@ def start_slopes(
     direct = direct_slopes(system, tuple(changed), tuple(varied))
     found = None if form is None else form.states(theta, time, values)
     if found is not None and direct is not None and not _may_be_led(system):
-        directions = np.vstack([seed, *varied.values()])
+        directions = np.vstack([seed, *varied.values()]) if varied else seed
         return found[0], direct.along(theta, time, values, directions)
     begin = _search(system, theta, by_name(start), time)
     x = begin.x

@@ -246,7 +246,7 @@ def scatter(
     until, rtol
         For a system, as for `ensemble`.
     workers : int, optional
-        Threads; default is one for each core.
+        Threads, or processes for gradients; default is one for each core.
     **options : RunOptions
         For a system: of each run (see `RunOptions`).
 

@@ -309,7 +309,7 @@ def scene_of(
     rtol : float
         For a system: relative tolerance.
     workers : int, optional
-        Threads; default is one for each core.
+        Threads, or processes for gradients; default is one for each core.
     analysis : str
         With which errors begin.
     **options : RunOptions

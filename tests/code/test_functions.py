@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from machine_scenes import SCENES
 
-from lumped.code.functions import compile_functions
+from lumped.code.functions import Columns, compile_columns, compile_functions
 from lumped.code.operations import UnsupportedError, operations_of
 from lumped.kernel import engine
 
@@ -143,6 +143,26 @@ def test_a_function_longer_than_a_chunk_hands_its_numbers_on(on_stack, symbols, 
     ways = Ways(function)
     arguments = (rng.normal(size=2), rng.normal(size=1), 0.3, rng.normal(size=1))
     close(ways(*arguments), expected(function, *arguments))
+
+
+def test_columns_side_by_side_and_half_of_those_of_the_last_results():
+    x, p, t, m = symbols = [ca.SX.sym(*v) for v in (("x", 3), ("p", 1), ("t", 1), ("m", 1))]
+    begin = 1
+    by_rows = ca.vertcat(x[begin] * ca.sin(x[0]) + x[begin + 1], x[begin] * p[0], x[begin] * t)
+    own = operations_of(ca.Function("f", symbols, [by_rows]))
+    columns, halved = 6, 1
+    code = compile_columns(own, Columns(columns, begin, halved))
+    rng = np.random.default_rng(4)
+    point, wide = rng.normal(size=begin), rng.normal(size=(2, columns))
+    settings, more = rng.normal(size=m.numel()), rng.normal(size=p.numel())
+    given = np.concatenate([point, wide.ravel()])
+    found = np.full(columns + 2 * columns // 2 + 1, np.nan)
+    places = [v.ctypes.data for v in (given, more, settings, found)]
+    _CALL(code.address("columns"))(*places[:2], 0.7, *places[2:])
+    assert found[:columns] == pytest.approx(wide[0] * np.sin(point[0]) + wide[1], rel=1e-14)
+    assert (found[6:9] == wide[0, :3] * more[0]).all()
+    assert (found[9:12] == wide[0, :3] * 0.7).all()
+    assert np.isnan(found[12])
 
 
 def test_what_is_not_made_of_scalar_operations_is_refused(symbols):

@@ -1,5 +1,7 @@
 """Gradients of many runs, and runs as functions for SciPy and JAX."""
 
+import sys
+
 import numpy as np
 import pytest
 import scipy
@@ -51,6 +53,23 @@ def test_runs_without_a_derivative_are_set_apart(system):
     assert found.derivatives[0, 0, 0] == pytest.approx(4.0, rel=1e-6)
     with pytest.raises(SolverError, match="all 2 runs fail"):
         lp.gradients.gradient_ensemble(growing, over={"g.a": [2.0, 3.0]}, of=of, until=1.0)
+
+
+def test_processes_give_the_bits_of_single_gradients(system, monkeypatch):
+    monkeypatch.setattr(sys.modules["lumped.gradients.gradient_ensemble"], "_ALONE", 0.0)
+    given = {"over": {"a.J": np.linspace(0.5, 2.0, 9)}, "of": [PEAK, LAST], "until": 2.0}
+    alone, shared = (
+        lp.gradients.gradient_ensemble(system, **given, workers=workers) for workers in (1, 2)
+    )
+    assert not shared.failures
+    for field in ("values", "errors", "derivatives"):
+        assert (getattr(alone, field) == getattr(shared, field)).all()
+    growing = lp.assemble(_growing())
+    over, of = {"g.a": [0.5, 0.6, 2.0]}, [functionals.final("g.x")]
+    found = lp.gradients.gradient_ensemble(growing, over=over, of=of, until=1.0, workers=2)
+    assert set(found.failures) == {2}
+    # x = 1 / (1 - a t), dx/da = t x^2
+    assert found.derivatives[:2, 0, 0] == pytest.approx([4.0, 6.25], rel=1e-6)
 
 
 def test_scipy_finds_the_optimum_of_a_run(system):

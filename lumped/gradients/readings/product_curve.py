@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.legs import SmoothParts, stretches
+from lumped.gradients.legs import SmoothParts
 from lumped.gradients.spans import Span
 from lumped.gradients.steps import FRACTIONS, Steps
 from lumped.numerics.bracketed_roots import find_bracketed_roots
@@ -48,8 +48,7 @@ class Samples(NamedTuple):
 def sample_steps(course: SmoothParts, function: ManyPoints) -> Iterator[Samples]:
     """A function in all steps of a run, some at once."""
     last = np.zeros(function.results)
-    for stretch in stretches(course.legs):
-        whole = stretch.span(course.legs)
+    for stretch, whole in course.stretches():
         number, begin, end = np.array(stretch.legs).T
         numbers = np.repeat(number, end - begin + 1)
         follows = np.ones(len(whole.t), dtype=bool)  # on a step of the same part
@@ -209,8 +208,7 @@ class ProductCurve:
 
     def spans(self, between: Window = None) -> Iterator[tuple[np.ndarray, Span]]:
         """Steps, some at once, and the smooth part of each of their ends."""
-        for stretch in stretches(self.legs):
-            span = stretch.span(self.legs)
+        for stretch, span in self.course.stretches():
             number, begin, end = np.array(stretch.legs).T
             numbers, first, last = np.repeat(number, end - begin + 1), 0, len(span.t) - 1
             if between is not None:
@@ -265,22 +263,20 @@ class ProductCurve:
         low, high = np.array([self.legs[k].t[[0, -1]] for k in leg]).T
         if between is not None:
             low, high = np.maximum(low, between[0]), np.minimum(high, between[1])
-        sides, slopes = np.array([t, t]), np.zeros((2, len(t)))
-        is_found = np.zeros(len(t), dtype=bool)
-        for part in _AROUND:
-            own = np.flatnonzero(~is_found)
-            reach = part * length[own]
-            sides[0, own] = np.maximum(t[own] - reach, low[own])
-            sides[1, own] = np.minimum(t[own] + reach, high[own])
-            for k in range(2):
-                slopes[k, own] = sign[own] * self.at(leg[own], sides[k, own])[1]
-            is_found = (slopes[0] > 0) & (slopes[1] <= 0)
+        reach = np.array(_AROUND)[:, None] * length
+        sides = np.array([np.maximum(t - reach, low), np.minimum(t + reach, high)])
+        slopes = self.at(np.broadcast_to(leg, sides.shape).ravel(), sides.ravel())[1]
+        slopes = sign * slopes.reshape(sides.shape)
+        turns = (slopes[0] > 0) & (slopes[1] <= 0)
+        is_found, nearest = turns.any(axis=0), turns.argmax(axis=0)
         own = np.flatnonzero(is_found)
+        begin, end = sides[:, nearest[own], own]
+        at_begin, at_end = slopes[:, nearest[own], own]
         t, value = t.copy(), value.copy()
         t[own] = find_bracketed_roots(
             lambda which, times: sign[own[which]] * self.at(leg[own[which]], times)[1],
-            *(sides[0, own], sides[1, own], slopes[0, own], slopes[1, own]),
-            1e-15 * np.maximum(1.0, sides[1, own]),
+            *(begin, end, at_begin, at_end),
+            1e-15 * np.maximum(1.0, end),
         )
         value[own] = sign[own] * self.at(leg[own], t[own])[0]
         return points._replace(t=t, value=value), is_found

@@ -65,14 +65,14 @@ class Course(Record):
 class Sweep(Record):
     """Derivatives of results by the states and parameters, carried back from step to step.
 
-    Numbers with columns come one state, or parameter, after the other.
+    Numbers with columns come one state after the other; those by parameters have no second columns.
 
     Attributes
     ----------
     results, columns, parameters : int
         How many results; twice as many; parameters.
     pullback : Function
-        States, then weights of the rates: their sum, differentiated by states and parameters.
+        States, then weights of the rates: their sum, differentiated by states, then by parameters.
     bent : Function
         States, increments, a part of time, then weights: the weighted derivative of the rates
         along both, differentiated by states and parameters.
@@ -93,12 +93,12 @@ class Sweep(Record):
     bent: Function
     adjoint: Annotated[Numbers, "states * columns"]
     judged: Annotated[Numbers, "states * columns"]
-    by_parameters: Annotated[Numbers, "parameters * columns"]
+    by_parameters: Annotated[Numbers, "parameters * results"]
     weight: Annotated[Numbers, "states"]
     largest: Annotated[Numbers, "states * columns"]
     errors: Annotated[Numbers, "states * columns"]
     point: Annotated[Numbers, "2 * states + 1 + states * columns"]
-    pulled: Annotated[Numbers, "12 * (states + parameters) * columns"]
+    pulled: Annotated[Numbers, "12 * (states * columns + parameters * results)"]
     increments: Annotated[Numbers, "8 * states * columns"]
     carried: Annotated[Numbers, "states * columns"]
     before: Annotated[Numbers, "states * columns"]
@@ -191,5 +191,8 @@ def of_columns(
         for i in range(n):
             sweep.one[first + i] = point[first + i * columns + c]
         evaluate(function, run, sweep.one, t, run.m, sweep.one_pulled)
-        for i in range(n + sweep.parameters):
+        for i in range(n):
             out[i * columns + c] = sweep.one_pulled[i]
+        if c < sweep.results:
+            for i in range(sweep.parameters):
+                out[n * columns + i * sweep.results + c] = sweep.one_pulled[n + i]

@@ -59,7 +59,8 @@ _stages_back = make_kernel(
     f"""def stages_back(run: Run, sweep: Sweep, h: float) -> None:
     t, x, k, n = run.t, run.x, run.stages, run.plant.states
     point, g, columns = sweep.point, sweep.pulled, sweep.columns
-    flat, w = n * columns, (n + sweep.parameters) * columns
+    flat = n * columns
+    w = flat + sweep.parameters * sweep.results
 {_STAGES_BACK}
 """,
     globals(),
@@ -71,7 +72,8 @@ _stages_back = make_kernel(
 def back(run: Run, sweep: Sweep, h: float) -> None:
     """Carry the adjoint back over a step, which ends in `before`; add derivatives by parameters."""
     n, columns, g, point = run.plant.states, sweep.columns, sweep.pulled, sweep.point
-    flat, w = n * columns, (n + sweep.parameters) * columns
+    flat = n * columns
+    w = flat + sweep.parameters * sweep.results
     evaluate(run.plant.rates, run, run.x, run.t, run.m, run.stages)
     stages(run, h)
     _stages_back(run, sweep, h)

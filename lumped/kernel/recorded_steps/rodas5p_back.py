@@ -43,7 +43,7 @@ def _bend(run: Run, sweep: Sweep, s: int, h: float) -> None:
     of_columns(sweep.bent, run, sweep, point, 2 * n + 1, run.t, g)
     for r in range(n * columns):
         sweep.before[r] += g[r]
-    for r in range(sweep.parameters * columns):
+    for r in range(sweep.parameters * sweep.results):
         sweep.by_parameters[r] += g[n * columns + r]
 
 
@@ -71,7 +71,7 @@ def back(run: Run, sweep: Sweep, h: float) -> bool:
         for r in range(flat):
             point[n + r] = h * _GAMMA * sweep.solved[r]
         of_columns(sweep.pullback, run, sweep, point, n, run.t + NODES[s] * h, g)
-        for r in range(sweep.parameters * columns):
+        for r in range(sweep.parameters * sweep.results):
             sweep.by_parameters[r] += g[flat + r]
         for r in range(flat):
             if s >= 5:

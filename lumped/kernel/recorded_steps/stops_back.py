@@ -95,14 +95,14 @@ def _cross_one(sweep: Sweep, stops: Stops, jump: int, result: int) -> None:
         sweep.before[stops.column[k] * columns + result] += stops.entry[k] * adjoint
     for k in range(stops.first_parameter_entry[jump], stops.first_parameter_entry[jump + 1]):
         adjoint = sweep.adjoint[stops.parameter_row[k] * columns + result]
-        to = stops.parameter_column[k] * columns + result
+        to = stops.parameter_column[k] * sweep.results + result
         sweep.by_parameters[to] += stops.parameter_entry[k] * adjoint
     own = stops.instant[jump * (n + p) :]
     for i in range(n):
         place = i * columns + result
         sweep.adjoint[place] = sweep.before[place] + own[i] * weight
     for i in range(p):
-        sweep.by_parameters[i * columns + result] += own[n + i] * weight
+        sweep.by_parameters[i * sweep.results + result] += own[n + i] * weight
 
 
 @kernel

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from lumped.code.functions import (
+    Columns,
     compile_columns,
     compile_functions,
     load_columns,
@@ -40,9 +42,8 @@ class CountedFunction:
     ----------
     operations : Operations
         What it does.
-    columns, columns_from : int
-        How many columns its last states have, in which it is linear, and the first of these
-        states; no columns by default.
+    columns : Columns, optional
+        Of its last states, in which it is linear.
 
     Attributes
     ----------
@@ -50,10 +51,10 @@ class CountedFunction:
         Numbers that it needs while it is interpreted.
     """
 
-    def __init__(self, operations: Operations, columns: int = 0, columns_from: int = 0) -> None:
-        self._operations, self._columns, self._from = operations, columns, columns_from
+    def __init__(self, operations: Operations, columns: Columns | None = None) -> None:
+        self._operations, self._columns = operations, columns
         self.work = operations.work
-        self._evaluations = 0
+        self._evaluations, self._own = 0, threading.local()
         self._code: Code | None = None
         self._record = KernelFunction(
             count=len(operations.table),
@@ -61,7 +62,7 @@ class CountedFunction:
             constants=operations.constants,
         )
         if columns:
-            self._take(load_columns(operations, columns, columns_from))
+            self._take(load_columns(operations, columns))
         else:
             self._take(load_functions({_NAME: operations}))
 
@@ -69,14 +70,12 @@ class CountedFunction:
         """The function, which will be evaluated so many times more."""
         if self._code is None:
             with process_lock:
-                self._count(evaluations * max(self._columns, 1))
+                self._count(evaluations * (self._columns.width if self._columns else 1))
         return self._record
 
     def along(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
         """Results at each point, shape (points, results); arguments as for `ManyPoints`."""
         found = np.empty((len(t), self._operations.results))
-        run = Run({**_NOTHING, "work": self.work, "parameters": len(p)})
-        run.p[:] = p
         course = Samples(
             points=len(t),
             states=x.shape[1],
@@ -87,15 +86,23 @@ class CountedFunction:
             m=np.ascontiguousarray(m, dtype=float).ravel(),
             found=found.ravel(),
         )
-        engine.call("values", run, self.for_more(len(t)), course)
+        engine.call("values", self._run_at(p), self.for_more(len(t)), course)
         return found
+
+    def _run_at(self, p: np.ndarray) -> Run:
+        """The same run each time, of this thread, with other parameters."""
+        run: Run | None = getattr(self._own, "run", None)
+        if run is None:
+            run = self._own.run = Run({**_NOTHING, "work": self.work, "parameters": len(p)})
+        run.p[:] = p
+        return run
 
     def _count(self, evaluations: int) -> None:
         self._evaluations += evaluations
         if self._code is not None or self._evaluations <= WORTH:
             return
         if self._columns:
-            self._take(compile_columns(self._operations, self._columns, self._from))
+            self._take(compile_columns(self._operations, self._columns))
         else:
             self._take(compile_functions({_NAME: self._operations}))
 

@@ -190,18 +190,20 @@ class SparingRecorder(Recorder):
     def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
         """Points of the present piece; the same time does not occur twice in it."""
         ends = self._ends[-1]
-        new = np.diff(t, prepend=ends[-1][-1] if ends else -np.inf) > 0
+        new = np.append(not ends or t[0] > ends[-1][-1], t[1:] > t[:-1])
         if not new.any():
             return
-        own = np.flatnonzero(new)
-        places = self._counts[-1] + np.arange(len(own))
-        ends.append(t[own])
-        self._counts[-1] += len(own)
-        kept = _mark_multiples(places, self._stride)
-        own, places = own[kept], places[kept]
+        if not new.all():
+            t, x, settings = t[new], x[new], settings[new]
+        places = self._counts[-1] + np.arange(len(t))
+        ends.append(t)
+        self._counts[-1] += len(t)
+        if self._stride > 1:
+            kept = _mark_multiples(places, self._stride)
+            places, t, x, settings = places[kept], t[kept], x[kept], settings[kept]
         self._places[-1].append(places)
-        super().add(t[own], x[own], settings[own])
-        self._size += (x.shape[1] + settings.shape[1]) * 8 * len(own)
+        super().add(t, x, settings)
+        self._size += (x.shape[1] + settings.shape[1]) * 8 * len(t)
         if self._size > self._most:
             self._thin()
 

@@ -85,4 +85,6 @@ class Statistics:
         """Whether implicit steps begin at these times, if any do."""
         begins, names = zip(*self.methods, strict=True)
         implicit = np.array([name == "implicit" for name in names])
+        if len(begins) == 1:
+            return implicit.repeat(len(t))
         return implicit[np.maximum(np.searchsorted(begins, t, "right") - 1, 0)]
