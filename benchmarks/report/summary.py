@@ -142,6 +142,15 @@ def summary() -> list[tuple[str, str, str]]:
             ),
         ),
         (
+            "diesel genset, 1 000 speeds and 24 orders, with an operating point for each speed",
+            "order_response",
+            fill_in(
+                "{order response, s} s; {difference} from speeds one by one",
+                "order_response_genset",
+                **{"operating points": "at each speed"},
+            ),
+        ),
+        (
             "100 000 runs of three masses on 2 cores, peak of both shafts, rtol 1e-6",
             "ensembles",
             fill_in("{s on all threads} s; ", "ensembles_whole", task="a") + a_run,
