@@ -46,15 +46,13 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
     scale = skew_scaling(sparse)
     if scale is None:
         return _proportional(sparse) or _general(a)
-    skew = scale[:, None] * a / scale[None, :]
     colour = two_colours(sparse)
     if colour is None:
-        angular, vectors = scipy.linalg.eigh(1j * skew)
-        values = -1j * angular
+        angular, shapes = scipy.linalg.eigh(1j * scale[:, None] * a / scale)
+        values, vectors = -1j * angular, (shapes / scale[:, None]).T
     else:
-        values, vectors = _by_singular_values(skew, colour)
-    values = zero_rounding(values, len(a))
-    return values, (vectors / scale[:, None]).T
+        values, vectors = _by_singular_values(a, scale, colour)
+    return zero_rounding(values, len(a)), vectors
 
 
 def nonzero(a: Real) -> int:
@@ -171,20 +169,21 @@ def _find_shares(
     return (alpha, beta) if fits else None
 
 
-def _by_singular_values(skew: Real, colour: Boolean) -> tuple[Complex, Complex]:
+def _by_singular_values(a: Real, scale: Real, colour: Boolean) -> tuple[Complex, Complex]:
     one, two = np.flatnonzero(colour), np.flatnonzero(~colour)
-    left, angular, right = scipy.linalg.svd(skew[np.ix_(one, two)])
-    n, pairs = len(skew), len(angular)
+    left, angular, right = scipy.linalg.svd(scale[one, None] * a[np.ix_(one, two)] / scale[two])
+    left, right = (left / scale[one, None]).T, right / scale[two]
+    n, pairs = len(a), len(angular)
     values = np.zeros(n, dtype=complex)
     vectors = np.zeros((n, n), dtype=complex)
     for sign, first in ((1j, 0), (-1j, 1)):
-        columns = slice(first, 2 * pairs, 2)
-        values[columns] = sign * angular
-        vectors[one, columns] = left[:, :pairs]
-        vectors[two, columns] = sign * right[:pairs].T
+        rows = np.arange(first, 2 * pairs, 2)
+        values[rows] = sign * angular
+        vectors[rows[:, None], one] = left[:pairs]
+        vectors[rows[:, None], two] = sign * right[:pairs]
     # what is left is still: either torsions or speeds
-    vectors[one, 2 * pairs : pairs + len(one)] = left[:, pairs:]
-    vectors[two, 2 * pairs : pairs + len(two)] = right[pairs:].T
+    vectors[2 * pairs : pairs + len(one), one] = left[pairs:]
+    vectors[2 * pairs : pairs + len(two), two] = right[pairs:]
     return values, vectors
 
 
