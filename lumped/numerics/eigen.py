@@ -38,21 +38,23 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
     Returns
     -------
     values : ndarray of complex, shape (k,)
-        Those that are zero to rounding are exactly zero, one for each vector of the null space.
+        One of each conjugate pair, with a positive imaginary part. Those that are zero to rounding
+        are exactly zero, one for each vector of the null space.
     vectors : ndarray of complex, shape (k, n)
         One in each row.
     """
     sparse = scipy.sparse.csr_array(a)
-    scale = skew_scaling(sparse)
+    scale, colour = skew_scaling(sparse), two_colours(sparse)
     if scale is None:
-        return _proportional(sparse) or _general(a)
-    colour = two_colours(sparse)
-    if colour is None:
+        values, vectors = _proportional(sparse) or _general(a)
+    elif colour is None:
         angular, shapes = scipy.linalg.eigh(1j * scale[:, None] * a / scale)
         values, vectors = -1j * angular, (shapes / scale[:, None]).T
     else:
         values, vectors = _by_singular_values(a, scale, colour)
-    return zero_rounding(values, len(a)), vectors
+    values = zero_rounding(values, len(a))
+    kept = values.imag >= 0
+    return values[kept], vectors[kept]
 
 
 def nonzero(a: Real) -> int:
@@ -173,17 +175,14 @@ def _by_singular_values(a: Real, scale: Real, colour: Boolean) -> tuple[Complex,
     one, two = np.flatnonzero(colour), np.flatnonzero(~colour)
     left, angular, right = scipy.linalg.svd(scale[one, None] * a[np.ix_(one, two)] / scale[two])
     left, right = (left / scale[one, None]).T, right / scale[two]
-    n, pairs = len(a), len(angular)
-    values = np.zeros(n, dtype=complex)
-    vectors = np.zeros((n, n), dtype=complex)
-    for sign, first in ((1j, 0), (-1j, 1)):
-        rows = np.arange(first, 2 * pairs, 2)
-        values[rows] = sign * angular
-        vectors[rows[:, None], one] = left[:pairs]
-        vectors[rows[:, None], two] = sign * right[:pairs]
+    pairs = int((zero_rounding(angular, len(a)) > 0).sum())
+    values = np.zeros(len(a) - pairs, dtype=complex)
+    values.imag[:pairs] = angular[:pairs]
+    vectors = np.zeros((len(a) - pairs, len(a)), dtype=complex)
+    vectors.real[: len(one), one] = left
+    vectors.imag[:pairs, two] = right[:pairs]
     # what is left is still: either torsions or speeds
-    vectors[2 * pairs : pairs + len(one), one] = left[pairs:]
-    vectors[2 * pairs : pairs + len(two), two] = right[pairs:]
+    vectors.real[len(one) :, two] = right[pairs:]
     return values, vectors
 
 
