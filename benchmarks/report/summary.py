@@ -132,6 +132,15 @@ def summary() -> list[tuple[str, str, str]]:
             fill_in("{modes, s} s, error {error}", "modes", inertias="10000"),
         ),
         (
+            "all modes of 2 000 inertias, with their accuracy and energies",
+            "modes",
+            fill_in(
+                "{in all, s} s, error {error}",
+                "modes_all",
+                **{"drive of 2000 inertias": "undamped"},
+            ),
+        ),
+        (
             "1 000 speeds and 24 orders of a drive of nine inertias",
             "order_response",
             fill_in(
@@ -139,6 +148,15 @@ def summary() -> list[tuple[str, str, str]]:
                 "hand",
                 "order_response",
                 inertias="9",
+            ),
+        ),
+        (
+            "diesel genset, 1 000 speeds and 24 orders, with an operating point for each speed",
+            "order_response",
+            fill_in(
+                "{order response, s} s; {difference} from speeds one by one",
+                "order_response_genset",
+                **{"operating points": "at each speed"},
             ),
         ),
         (

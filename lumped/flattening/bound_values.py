@@ -10,11 +10,11 @@ import numpy as np
 from lumped.errors import EquationError, ParameterError, told_by
 from lumped.flattening.parameters import Parameters, refuse_faults
 from lumped.flattening.tree import Instance, Tree
-from lumped.language.declared import quantities_of, values_of
+from lumped.language.declared import values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
 from lumped.language.given_numbers import find_declaring
 from lumped.language.lowering import lower
-from lumped.language.quantity import Input, Param, Var, param
+from lumped.language.quantity import Input, Param, param
 
 
 def collect(tree: Tree) -> Parameters:
@@ -32,7 +32,7 @@ def collect(tree: Tree) -> Parameters:
     limited: list[tuple[int, Instance]] = []
     faults: dict[int, str] = {}
     for node in tree.instances:
-        given = values_of(node.component)
+        own = values_of(node.component)
         for local, quantity in node.layout.declared.items():
             number = len(declared)
             declared.append(quantity)
@@ -40,8 +40,8 @@ def collect(tree: Tree) -> Parameters:
             if quantity.exceeds is not None:
                 limited.append((number, node))
             value, scope = quantity.default, node
-            if local in given:
-                value = given[local]
+            if local in own:
+                value = own[local]
                 scope = tree.instances[max(node.parent, 0)]
             elif callable(value):
                 with told_by(node.label, f"the default of '{local}'"):
@@ -53,13 +53,13 @@ def collect(tree: Tree) -> Parameters:
             else:
                 numbers[number] = float(value)
     for node in tree.instances:
-        for local, signal in quantities_of(node.component).items():
-            number_given = values_of(node.component).get(local)
+        for local, place in node.layout.inputs.items():
+            signal, given = node.layout.quantities[place], values_of(node.component).get(local)
             if node.name(local) in tree.freed:
                 continue
-            if isinstance(signal, Input) and isinstance(number_given, float):
+            if isinstance(signal, Input) and isinstance(given, float):
                 tree.input_parameters[node.name(local)] = len(declared)
-                numbers[len(declared)] = number_given
+                numbers[len(declared)] = given
                 declared.append(param(signal.unit, signal.text, min=signal.min))
                 names.append(node.name(local))
     free = list(numbers)
@@ -159,10 +159,8 @@ def start_values(tree: Tree, parameters: Parameters) -> tuple[dict[int, ca.SX], 
     for node in tree.instances:
         values = values_of(node.component)
         parent = tree.instances[max(node.parent, 0)]
-        for local, i in node.layout.unknowns.items():
+        for local, i in node.layout.variables.items():
             quantity = node.layout.quantities[i]
-            if not isinstance(quantity, Var):
-                continue
             if local in values:
                 given[node.first_unknown + i] = value(values[local], parent)
             elif isinstance(quantity.start, Expr) or quantity.start != 0.0:

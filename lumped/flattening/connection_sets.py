@@ -11,6 +11,7 @@ import numpy as np
 
 from lumped.errors import ConnectError, EquationError, told_by
 from lumped.flattening.tree import Instance, Tree
+from lumped.language.component import Component
 from lumped.language.connection import label
 from lumped.language.declared import values_of
 from lumped.language.expression import Ref
@@ -51,10 +52,6 @@ class _End(NamedTuple):
     port: int
     sign: int
 
-    def unknowns(self) -> tuple[int, int]:
-        first = self.node.first_unknown + 2 * self.port
-        return first, first + 1
-
 
 def join(tree: Tree) -> Joints:
     """Resolve the connections of all composites.
@@ -69,6 +66,8 @@ def join(tree: Tree) -> Joints:
     signals: list[tuple[int, int]] = []
     sides: dict[int, set[str]] = {}
     for node in tree.instances:
+        if type(node.component).connections is Component.connections:
+            continue
         with told_by(node.label, "connections()"):
             found: object = node.component.connections()
             found = list(found) if isinstance(found, Iterator) else found
@@ -83,12 +82,15 @@ def join(tree: Tree) -> Joints:
                     f"{node.label}: connections() yielded {connection!r}; "
                     "yield lumped.connect(...) or 'yield from' lumped.chain(...)."
                 )
-            terminals = [
-                _terminal(tree, node, e, ends) for e in connection.ends if isinstance(e, Port)
+            numbers = [
+                _terminal(tree, node, e, ends)
+                if isinstance(e, Port)
+                else _signal(tree, node, e, sides)
+                for e in connection.ends
             ]
-            pairs += itertools.pairwise(terminals)
-            numbers = [_signal(tree, node, e, sides) for e in connection.ends if isinstance(e, Ref)]
-            signals += itertools.pairwise(numbers)
+            # all ends are of one kind
+            found_pairs = pairs if isinstance(connection.ends[0], Port) else signals
+            found_pairs += itertools.pairwise(numbers)
     for node in tree.instances:
         for port in range(len(node.layout.ports)):
             ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
@@ -146,8 +148,8 @@ def _groups(items: list[int], pairs: list[tuple[int, int]]) -> list[list[int]]:
 
 def _tie(tree: Tree, members: list[_End], joints: Joints) -> None:
     """Join the ports of one node."""
-    potentials = [m.unknowns()[0] for m in members]
-    flows = [m.unknowns()[1] for m in members]
+    potentials = [m.node.first_unknown + 2 * m.port for m in members]
+    flows = [potential + 1 for potential in potentials]
     signs = [float(m.sign) for m in members]
     if len(members) > 1:
         where = " = ".join(tree.port_name(m.node, m.port) for m in members[:4])
@@ -174,11 +176,9 @@ def _tie_signals(
 ) -> None:
     """Join signals, each to the one that feeds it."""
     for node in tree.instances:
-        for name, local in node.layout.unknowns.items():
+        for name, local in node.layout.inputs.items():
             quantity = node.layout.quantities[local]
             number = node.first_unknown + local
-            if not isinstance(quantity, Input):
-                continue
             connected, bound = "sink" in sides.get(number, ()), name in values_of(node.component)
             if connected and bound:
                 raise ConnectError(

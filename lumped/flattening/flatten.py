@@ -14,9 +14,9 @@ from lumped.flattening.template import ENCLOSING, Template, template_key
 from lumped.flattening.template_cache import template_of
 from lumped.flattening.tree import Instance, Tree
 from lumped.language.component import Component
-from lumped.language.declared import quantities_of, values_of
+from lumped.language.declared import values_of
 from lumped.language.expression import Equation, Expr, Ref
-from lumped.language.quantity import Input, Var, param
+from lumped.language.quantity import param
 from lumped.language.switch import Hold, Item, Single, When
 from lumped.language.validity import borders, check_ranges
 
@@ -115,11 +115,10 @@ class _Groups:
     def add_inputs(self) -> None:
         """Add equations of inputs that are given to instances instead of connected."""
         for number, node in enumerate(self._tree.instances):
-            for name, quantity in quantities_of(node.component).items():
-                if not isinstance(quantity, Input) or name not in values_of(node.component):
+            for name, local in node.layout.inputs.items():
+                if name not in values_of(node.component) or node.name(name) in self._tree.freed:
                     continue
-                if node.name(name) in self._tree.freed:
-                    continue
+                quantity = node.layout.quantities[local]
                 given, signal = values_of(node.component)[name], Ref(node.component, name, quantity)
                 if isinstance(given, Expr):
                     scope = max(node.parent, 0)
@@ -192,22 +191,27 @@ def _list_equations(items: Iterable[Single]) -> Iterator[Equation]:
 
 
 def _numbers(tree: Tree, group: Group, keys: Collection[tuple[str, str]], first: str) -> np.ndarray:
-    table = np.empty((len(group.nodes), len(keys)), dtype=int)
+    scopes = [tree.instances[number] for number in group.nodes]
+    table = np.empty((len(scopes), len(keys)), dtype=int)
     for column, (below, local) in enumerate(keys):
-        for row, number in enumerate(group.nodes):
-            node = _at(tree, below, tree.instances[number], local)
-            if first == "first_unknown":
-                table[row, column] = node.first_unknown + node.layout.unknowns[local]
-            elif local in node.layout.parameters:
-                table[row, column] = node.first_parameter + node.layout.parameters[local]
-            elif node.name(local) in tree.input_parameters:
-                table[row, column] = tree.input_parameters[node.name(local)]
-            else:
-                raise EquationError(
-                    f"{node.label}: a part is bound to the parameter '{local}', which "
-                    f"{node.label} does not have."
-                )
+        nodes = [_at(tree, below, scope, local) for scope in scopes] if below else scopes
+        if first == "first_unknown":
+            table[:, column] = [n.first_unknown + n.layout.unknowns[local] for n in nodes]
+        else:
+            table[:, column] = [_parameter(tree, node, local) for node in nodes]
     return table
+
+
+def _parameter(tree: Tree, node: Instance, local: str) -> int:
+    """Number of a parameter."""
+    if local in node.layout.parameters:
+        return node.first_parameter + node.layout.parameters[local]
+    if node.name(local) in tree.input_parameters:
+        return tree.input_parameters[node.name(local)]
+    raise EquationError(
+        f"{node.label}: a part is bound to the parameter '{local}', which {node.label} does not "
+        "have."
+    )
 
 
 def _at(tree: Tree, below: str, node: Instance, local: str) -> Instance:
@@ -243,15 +247,14 @@ def _check_hollow(node: Instance, joints: Joints) -> None:
 def _check_balance(node: Instance, group: Group, joints: Joints) -> None:
     """Refuse a component that has not one equation for each variable, free output and port."""
     layout, found = node.layout, group.template.count
-    needed = layout.variables + len(_list_free(node, joints))
+    needed = len(layout.variables) + len(_list_free(node, joints))
     if needed == found:
         return
-    own = [n for n, i in layout.unknowns.items() if isinstance(layout.quantities[i], Var)]
     listed = [f"  {equation!r}" for equation in group.equations]
     verdict = "too few: something is left undetermined" if found < needed else "too many"
     raise SingularModelError(
         f"{node.label} brings {found} equations but needs {needed}, {verdict}.\n"
-        f"It needs one for each variable ({', '.join(own) or 'none'}), output "
+        f"It needs one for each variable ({', '.join(layout.variables) or 'none'}), output "
         f"({', '.join(layout.outputs) or 'none'}) and port ({', '.join(layout.ports) or 'none'}).\n"
         "Its equations:\n" + ("\n".join(listed) or "  none")
     )

@@ -22,7 +22,7 @@ from lumped.language.dotted_path import steps
 from lumped.language.expression import Expr, Ref
 from lumped.language.formula import Formula
 from lumped.language.port import Port
-from lumped.language.quantity import Param, Quantity, Var
+from lumped.language.quantity import Input, Output, Param, Quantity, Var
 
 
 class Layout:
@@ -34,12 +34,10 @@ class Layout:
         Local number of each unknown: port potentials and flows, signals, variables.
     quantities : list of Quantity
         Their declarations.
-    outputs : dict of str to int
-        Those of the unknowns that are outputs.
+    inputs, outputs, variables : dict of str to int
+        Those of the unknowns that are inputs, outputs, and variables proper.
     parameters : dict of str to int
         Local number of each parameter.
-    variables : int
-        Number of variables proper, ports and signals not counted.
     """
 
     def __init__(self, cls: type[Component]) -> None:
@@ -51,13 +49,15 @@ class Layout:
         self.unknowns = {name: i for i, (name, _) in enumerate(names)}
         self.names = [name for name, _ in names]
         self.quantities = [quantity for _, quantity in names]
-        self.outputs = {n: i for i, (n, q) in enumerate(names) if q.kind == "output"}
+        self.inputs, self.outputs, self.variables = (
+            {n: i for i, (n, q) in enumerate(names) if isinstance(q, kind)}
+            for kind in (Input, Output, Var)
+        )
         self.ports = list(ports_of(cls))
         self.declared: dict[str, Param] = {
             n: q for n, q in quantities_of(cls).items() if isinstance(q, Param)
         }
         self.parameters = {name: i for i, name in enumerate(self.declared)}
-        self.variables = sum(isinstance(q, Var) for q in self.quantities)
 
 
 @dataclass(eq=False)

@@ -49,9 +49,9 @@ def connect(*ends: Port | Expr) -> Connection:
         raise ConnectError(
             f"connect({', '.join(label(end) for end in found)}): at least two ports are needed."
         )
-    ends_named = [label(end) for end in found]
     if len({(id(end.owner), end.name) for end in found}) < len(found):
-        raise ConnectError(f"connect({', '.join(ends_named)}): one end is named twice.")
+        named = ", ".join(label(end) for end in found)
+        raise ConnectError(f"connect({named}): one end is named twice.")
     kinds = {_kind(end) for end in found}
     if len(kinds) > 1:
         listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in found)

@@ -38,23 +38,23 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
     Returns
     -------
     values : ndarray of complex, shape (k,)
-        Those that are zero to rounding are exactly zero, one for each vector of the null space.
+        One of each conjugate pair, with a positive imaginary part. Those that are zero to rounding
+        are exactly zero, one for each vector of the null space.
     vectors : ndarray of complex, shape (k, n)
         One in each row.
     """
     sparse = scipy.sparse.csr_array(a)
-    scale = skew_scaling(sparse)
+    scale, colour = skew_scaling(sparse), two_colours(sparse)
     if scale is None:
-        return _proportional(sparse) or _general(a)
-    skew = scale[:, None] * a / scale[None, :]
-    colour = two_colours(sparse)
-    if colour is None:
-        angular, vectors = scipy.linalg.eigh(1j * skew)
-        values = -1j * angular
+        values, vectors = _proportional(sparse) or _general(a)
+    elif colour is None:
+        angular, shapes = scipy.linalg.eigh(1j * scale[:, None] * a / scale)
+        values, vectors = -1j * angular, (shapes / scale[:, None]).T
     else:
-        values, vectors = _by_singular_values(skew, colour)
+        values, vectors = _by_singular_values(a, scale, colour)
     values = zero_rounding(values, len(a))
-    return values, (vectors / scale[:, None]).T
+    kept = values.imag >= 0
+    return values[kept], vectors[kept]
 
 
 def nonzero(a: Real) -> int:
@@ -171,20 +171,18 @@ def _find_shares(
     return (alpha, beta) if fits else None
 
 
-def _by_singular_values(skew: Real, colour: Boolean) -> tuple[Complex, Complex]:
+def _by_singular_values(a: Real, scale: Real, colour: Boolean) -> tuple[Complex, Complex]:
     one, two = np.flatnonzero(colour), np.flatnonzero(~colour)
-    left, angular, right = scipy.linalg.svd(skew[np.ix_(one, two)])
-    n, pairs = len(skew), len(angular)
-    values = np.zeros(n, dtype=complex)
-    vectors = np.zeros((n, n), dtype=complex)
-    for sign, first in ((1j, 0), (-1j, 1)):
-        columns = slice(first, 2 * pairs, 2)
-        values[columns] = sign * angular
-        vectors[one, columns] = left[:, :pairs]
-        vectors[two, columns] = sign * right[:pairs].T
+    left, angular, right = scipy.linalg.svd(scale[one, None] * a[np.ix_(one, two)] / scale[two])
+    left, right = (left / scale[one, None]).T, right / scale[two]
+    pairs = int((zero_rounding(angular, len(a)) > 0).sum())
+    values = np.zeros(len(a) - pairs, dtype=complex)
+    values.imag[:pairs] = angular[:pairs]
+    vectors = np.zeros((len(a) - pairs, len(a)), dtype=complex)
+    vectors.real[: len(one), one] = left
+    vectors.imag[:pairs, two] = right[:pairs]
     # what is left is still: either torsions or speeds
-    vectors[one, 2 * pairs : pairs + len(one)] = left[:, pairs:]
-    vectors[two, 2 * pairs : pairs + len(two)] = right[pairs:].T
+    vectors.real[len(one) :, two] = right[pairs:]
     return values, vectors
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
+import scipy
 
 from lumped.support.arrays import Integer, Real
 
@@ -12,6 +13,8 @@ _ACCURATE = 1e-10
 """Difference from a row, relative to the largest number of its column."""
 _ROUNDING = 1e-12
 _NODES = (5, 9, 17, 33)
+_DEGREES = (2, 4, 6)
+"""Degrees of polynomials of two numbers."""
 _SHORT = 16
 """Places of a range of which all rows are computed."""
 
@@ -34,38 +37,92 @@ def interpolate_rows(row: Callable[[int], tuple[Real, Real]], places: Real) -> R
     -------
     ndarray, shape (n, m)
     """
-    known: dict[int, Real] = {}
-    size = np.zeros(0)
-
-    def at(number: int) -> Real:
-        nonlocal size
-        if number not in known:
-            known[number], own = row(number)
-            size = np.maximum(size, own) if len(known) > 1 else own
-        return known[number]
-
-    found = np.empty((len(places), len(at(0))))
+    known = _KnownRows(row)
+    found = np.empty((len(places), known.at([0]).shape[1]))
     waiting = [(0, len(places) - 1)]
     while waiting:
         first, last = waiting.pop()
         if last - first < _SHORT:
-            found[first : last + 1] = [at(k) for k in range(first, last + 1)]
+            found[first : last + 1] = known.at(range(first, last + 1))
             continue
         # nodes that are much nearer to each other than places would not be those of Chebyshev
         for count in [count for count in _NODES if count**2 <= 4 * (last - first)]:
             nodes = _nodes(places, first, last, count)
             tried = np.unique(_between_nodes(nodes))
-            rows, wanted = (np.array([at(k) for k in some.tolist()]) for some in (nodes, tried))
-            curve = _through(places[nodes], rows)
-            missed = np.abs(curve(places[tried]) - wanted)
-            allowed = _ACCURATE * np.abs(list(known.values())).max(axis=0)
-            if (missed <= allowed + _ROUNDING * size).all():
+            curve = _through(places[nodes], known.at(nodes))
+            if known.agree(tried, curve(places[tried])):
                 found[first : last + 1] = curve(places[first : last + 1])
                 break
         else:
             middle = (first + last) // 2
             waiting += [(first, middle), (middle, last)]
     return found
+
+
+def fit_rows(row: Callable[[int], tuple[Real, Real]], places: Real) -> Real:
+    """Rows at all places, as a polynomial in two numbers of each place if they are one.
+
+    As in `interpolate_rows` some are compared; where they differ, all rows are computed.
+
+    Parameters
+    ----------
+    row : callable
+        As there.
+    places : ndarray, shape (n, 2)
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+    """
+    known, count = _KnownRows(row), len(places)
+    for degree in _DEGREES:
+        curves = _polynomials(places, degree)
+        if 4 * curves.shape[1] > count:
+            break
+        # approximate Fekete points (Sommariva and Vianello, Comp. Math. Appl. 57 (2009) 1324)
+        chosen = scipy.linalg.qr(curves.T, mode="r", pivoting=True)[1]
+        nodes = np.sort(chosen[: curves.shape[1]])
+        found: Real = curves @ np.linalg.solve(curves[nodes], known.at(nodes))
+        tried = np.unique(_between_nodes(nodes))
+        if known.agree(tried, found[tried]):
+            return found
+    return known.at(range(count))
+
+
+class _KnownRows:
+    """Rows that were computed."""
+
+    def __init__(self, row: Callable[[int], tuple[Real, Real]]) -> None:
+        self._row = row
+        self._known: dict[int, Real] = {}
+        self._size: Real | float = 0.0
+
+    def at(self, numbers: Iterable[int]) -> Real:
+        """Rows at the places of numbers."""
+        for k in numbers:
+            if k not in self._known:
+                self._known[k], size = self._row(k)
+                self._size = np.maximum(self._size, size)
+        return np.array([self._known[k] for k in numbers])
+
+    def agree(self, numbers: Iterable[int], wanted: Real) -> bool:
+        """Whether rows are those wanted."""
+        missed = np.abs(wanted - self.at(numbers))
+        allowed = _ACCURATE * np.abs(list(self._known.values())).max(axis=0)
+        return bool((missed <= allowed + _ROUNDING * self._size).all())
+
+
+def _polynomials(places: Real, degree: int) -> Real:
+    """Orthonormal polynomials of two numbers up to a degree, in columns."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    scaled = (2 * places - low - high) / np.where(high > low, high - low, 1.0)
+    one, two = np.polynomial.chebyshev.chebvander(scaled.T, degree)
+    every = [one[:, i] * two[:, k] for i in range(degree + 1) for k in range(degree + 1 - i)]
+    curves, sizes, _ = scipy.linalg.qr(np.column_stack(every), mode="economic", pivoting=True)
+    # on a line or a parabola they are fewer
+    count = int((np.abs(np.diagonal(sizes)) > _ACCURATE * abs(sizes[0, 0])).sum())
+    own: Real = curves[:, :count]
+    return own
 
 
 def _nodes(places: Real, first: int, last: int, count: int) -> Integer:

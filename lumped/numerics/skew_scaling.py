@@ -22,25 +22,53 @@ def skew_scaling(a: scipy.sparse.csr_array) -> Real | None:
     -------
     ndarray, shape (n,), or None
     """
+    ratio = _ratios(a)
+    if ratio is None or not a.nnz or a.diagonal().any() or (ratio >= 0).any():
+        return None
+    weights = _follow_ratios(a, -ratio)
+    return None if weights is None else np.sqrt(weights)
+
+
+def symmetric_weights(a: scipy.sparse.csr_array) -> Real | None:
+    """Weights w, some negative, so that ``w_i a_ij`` is symmetric, or None if there are none.
+
+    Drives of inertias, springs and dampers have them. Where ``A x == l x``, ``w x`` is then a left
+    eigenvector, conjugated.
+
+    Parameters
+    ----------
+    a : csr_array, shape (n, n)
+        Does not fall into parts; no stored zeros.
+
+    Returns
+    -------
+    ndarray, shape (n,), or None
+    """
+    ratio = _ratios(a)
+    return None if ratio is None else _follow_ratios(a, ratio)
+
+
+def _ratios(a: scipy.sparse.csr_array) -> Real | None:
+    """``a_ji / a_ij`` for each number of a matrix; None if some have no counterpart."""
     a.sort_indices()
     turned = scipy.sparse.csr_array(a.T)
     turned.sort_indices()
     same = np.array_equal(a.indptr, turned.indptr) and np.array_equal(a.indices, turned.indices)
-    if not same or not a.nnz or a.diagonal().any():
-        return None
-    ratio = -turned.data / a.data
-    if (ratio <= 0).any():
-        return None
+    return turned.data / a.data if same else None
+
+
+def _follow_ratios(a: scipy.sparse.csr_array, ratio: Real) -> Real | None:
+    """Numbers w with ``w_i / w_j`` in the ratio of each number of a matrix, or None."""
     order, before = scipy.sparse.csgraph.breadth_first_order(a, 0)
     i, j = np.repeat(np.arange(a.shape[0]), np.diff(a.indptr)), a.indices
     led = before[j] == i
     step = np.ones(a.shape[0])
-    step[j[led]] = 1 / np.sqrt(ratio[led])
-    scale, leader, steps = [1.0] * a.shape[0], before.tolist(), step.tolist()
+    step[j[led]] = 1 / ratio[led]
+    weight, leader, steps = [1.0] * a.shape[0], before.tolist(), step.tolist()
     for k in order[1:].tolist():
-        scale[k] = scale[leader[k]] * steps[k]
-    found = np.array(scale)
-    fits = np.abs((found[i] / found[j]) ** 2 / ratio - 1) < 1e-9
+        weight[k] = weight[leader[k]] * steps[k]
+    found = np.array(weight)
+    fits = np.abs(found[i] / found[j] / ratio - 1) < 1e-9
     return found if fits.all() else None
 
 

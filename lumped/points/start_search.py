@@ -89,7 +89,7 @@ class StartSearch:
         pressed: tuple[int, ...] = (),
     ) -> None:
         self.system, self.theta, self.free, self.time = system, theta, free, time
-        self._resting = relative_positions(system) if together else []
+        self._resting = relative_positions(system) if together else ()
         self._pressed = pressed
         self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}

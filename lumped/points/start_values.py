@@ -61,7 +61,8 @@ def differentiate_start_values(system: System) -> ca.Function:
     return ca.Function("slopes", [theta], [ca.jacobian(_start_column(system), theta)])
 
 
-def relative_positions(system: System) -> list[int]:
+@made_once
+def relative_positions(system: System) -> tuple[int, ...]:
     """States that are positions of parts relative to each other, such as twists and gaps."""
     tree, reduced = system.structure.tree, system.structure.reduced
     absolute = {
@@ -73,9 +74,9 @@ def relative_positions(system: System) -> list[int]:
     relative = (
         n for n in system.structure.states if n not in absolute and n not in system.structure.cyclic
     )
-    return [
+    return tuple(
         n
         for n in relative
         if n in system.structure.members
         and tree.quantity(system.structure.members[n]).unit in _POSITIONS
-    ]
+    )

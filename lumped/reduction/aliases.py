@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.flattening.flat_model import FlatModel
+from lumped.support.sparse_graph import find_sets
 
 Row = list[tuple[int, int, float]]
 """Terms of a sum that is zero: unknown, order of derivative, coefficient."""
@@ -32,9 +33,8 @@ class Aliases:
         Number of classes.
     kept_equations, kept_sums : ndarray of bool
         Component equations and flow sums that were not used up.
-    used : list of tuple (str, int, list of int)
-        Equations used up: kind (``"equation"``, ``"sum"``, ``"equal"`` or ``"ground"``), number,
-        and unknowns in it.
+    used : list of tuple (str, int)
+        Equations used up: kind (``"equation"``, ``"sum"``, ``"equal"`` or ``"ground"``) and number.
     """
 
     classes: np.ndarray
@@ -43,14 +43,25 @@ class Aliases:
     count: int
     kept_equations: np.ndarray
     kept_sums: np.ndarray
-    used: list[tuple[str, int, list[int]]]
+    used: list[tuple[str, int]]
 
 
 class _Union:
-    """Union-find whose links carry a sign and a number of time derivatives; 0 is zero."""
+    """Union-find whose links carry a sign and a number of time derivatives; 0 is zero.
 
-    def __init__(self, count: int) -> None:
-        self.parent = list(range(count))
+    Parameters
+    ----------
+    count : int
+        Number of unknowns.
+    equal : ndarray of int, shape (k, 2)
+        Pairs that are equal to begin with.
+    """
+
+    def __init__(self, count: int, equal: np.ndarray) -> None:
+        label = find_sets(equal, count)
+        least = np.full(count, count)
+        np.minimum.at(least, label, np.arange(count))
+        self.parent: list[int] = least[label].tolist()
         self.shift = [0] * count
         self.sign = [1] * count
         self.zero = [False] * count
@@ -70,6 +81,14 @@ class _Union:
             parent[v], shift[v], sign[v] = root, total, product
         return root, total, product
 
+    def find_all(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Roots, shifts and signs of all unknowns."""
+        parent, shift, sign = (np.array(own, int) for own in (self.parent, self.shift, self.sign))
+        while (parent[parent] != parent).any():
+            shift, sign = shift + shift[parent], sign * sign[parent]
+            parent = parent[parent]
+        return parent, shift, sign
+
     def reduce(self, row: Row) -> dict[tuple[int, int], float]:
         """The row in terms of roots, zeros and cancelled terms left out."""
         terms: dict[tuple[int, int], float] = {}
@@ -88,6 +107,11 @@ class _Union:
 
     def absorb(self, row: Row) -> bool:
         """Use the row up as an alias if it is one."""
+        if len(row) == 2:  # nearly all are, and most of them join two roots
+            (u, i, c), (v, j, d) = row
+            (a, shift_a, sign_a), (b, shift_b, sign_b) = self.find(u), self.find(v)
+            if a != b and not (self.zero[a] or self.zero[b]):
+                return self._join(a, i + shift_a, sign_a * c, b, j + shift_b, sign_b * d)
         terms = self.reduce(row)
         if len(terms) == 1:
             (root, order) = next(iter(terms))
@@ -96,7 +120,11 @@ class _Union:
         if len(terms) != 2:
             return False
         ((a, i), c), ((b, j), d) = terms.items()
-        if abs(c) != abs(d) or min(i, j) > 0 or a == b:
+        return a != b and self._join(a, i, c, b, j, d)
+
+    def _join(self, a: int, i: int, c: float, b: int, j: int, d: float) -> bool:
+        """Use up ``c a^(i) + d b^(j) == 0`` of two roots if one is the other's derivative."""
+        if abs(c) != abs(d) or (i > 0 and j > 0):
             return False
         if i > 0:
             a, i, b, j = b, j, a, i
@@ -116,12 +144,12 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
     itself stays too, so that the structural check finds it.
     """
     joints = flat.joints
-    union = _Union(flat.tree.unknown_count)
-    used: list[tuple[str, int, list[int]]] = []
+    equal = np.array([(a, b) for a, b, _ in joints.equal], dtype=int).reshape(-1, 2)
+    union = _Union(flat.tree.unknown_count, equal)
+    used = [("equal", k) for k in range(len(equal))]
     waiting: list[tuple[str, int, Row]] = [
-        ("equal", k, [(a, 0, 1.0), (b, 0, -1.0)]) for k, (a, b, _) in enumerate(joints.equal)
+        ("ground", k, [(u, 0, 1.0)]) for k, (u, _) in enumerate(joints.grounded)
     ]
-    waiting += [("ground", k, [(u, 0, 1.0)]) for k, (u, _) in enumerate(joints.grounded)]
     waiting += [
         ("sum", k, [(u, 0, c) for u, c in zip(flows, signs, strict=True)])
         for k, (flows, signs, _) in enumerate(joints.sums)
@@ -131,7 +159,7 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
         left = []
         for kind, number, row in waiting:
             if union.absorb(row):
-                used.append((kind, number, [u for u, _, _ in row]))
+                used.append((kind, number))
             else:
                 left.append((kind, number, row))
         if len(left) == len(waiting):
@@ -141,16 +169,17 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
         "equation": np.ones(flat.equation_count, dtype=bool),
         "sum": np.ones(len(joints.sums), dtype=bool),
     }
-    for kind, number, _ in used:
+    for kind, number in used:
         if kind in kept:
             kept[kind][number] = False
-    count = flat.tree.unknown_count
-    classes, shifts, signs = np.empty(count, dtype=int), np.empty(count, dtype=int), np.empty(count)
-    numbers: dict[int, int] = {}
-    for u in range(count):
-        root, shifts[u], signs[u] = union.find(u)
-        classes[u] = -1 if union.zero[root] else numbers.setdefault(root, len(numbers))
-    return Aliases(classes, shifts, signs, len(numbers), kept["equation"], kept["sum"], used)
+    roots, shifts, signs = union.find_all()
+    alive = ~np.array(union.zero, dtype=bool)[roots]
+    # numbered in the order of the first unknown of each
+    _, firsts, places = np.unique(roots[alive], return_index=True, return_inverse=True)
+    classes = np.full(len(roots), -1)
+    classes[alive] = np.argsort(np.argsort(firsts))[places]
+    kept_of = kept["equation"], kept["sum"]
+    return Aliases(classes, shifts, signs.astype(float), len(firsts), *kept_of, used)
 
 
 def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:

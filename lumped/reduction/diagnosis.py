@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.flattening.flat_model import FlatModel
 from lumped.language.port import Pin
 from lumped.reduction.incidence import Entries, Incidence
 from lumped.support.text_table import list_lines, list_names
@@ -254,29 +255,34 @@ def _circle(incidence: Incidence, row: int) -> tuple[list[Origin], set[int]]:
 
     used = incidence.aliases.used
     graph = nx.Graph()
-    for i, (_, _, unknowns) in enumerate(used):
+    for i, origin in enumerate(used):
+        unknowns = _unknowns_of(incidence.flat, origin)
         members = unknowns if len(unknowns) > 1 else [*unknowns, -1]
         for a, b in itertools.pairwise(members):
             graph.add_edge(a, b, used=i)
-    raw = _raw_unknowns(incidence, row)
+    raw = _unknowns_of(incidence.flat, incidence.origin(row))
     origins, found = [incidence.origin(row)], set(raw)
     for a, b in itertools.pairwise(raw if len(raw) > 1 else [*raw, -1]):
         if a in graph and b in graph and nx.has_path(graph, a, b):
             path = nx.shortest_path(graph, a, b)
             found.update(path)
             for u, v in itertools.pairwise(path):
-                kind, number, _ = used[graph.edges[u, v]["used"]]
-                if (kind, number) not in origins:
-                    origins.append((kind, number))
+                origin = used[graph.edges[u, v]["used"]]
+                if origin not in origins:
+                    origins.append(origin)
     return origins, found - {-1}
 
 
-def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
+def _unknowns_of(flat: FlatModel, origin: Origin) -> list[int]:
     """Unknowns of an equation before anything was joined."""
-    kind, number = incidence.origin(row)
+    kind, number = origin
+    if kind == "equal":
+        return list(flat.joints.equal[number][:2])
+    if kind == "ground":
+        return [flat.joints.grounded[number][0]]
     if kind == "sum":
-        return incidence.flat.joints.sums[number][0]
-    group, instance, e = incidence.flat.place(number)
+        return flat.joints.sums[number][0]
+    group, instance, e = flat.place(number)
     locals_ = np.unique(group.template.residual(e).locals)
     return [int(u) for u in group.unknowns[instance, locals_]]
 

@@ -211,10 +211,10 @@ def reduce(
 def _wishes(flat: FlatModel, aliases: Aliases) -> dict[tuple[int, int], int]:
     """Wish of each class and order: `never` wins, then the highest rank."""
     wish: dict[tuple[int, int], int] = {}
-    for u, quantity in enumerate(flat.tree.quantities):
-        if quantity.kind != "variable" or aliases.classes[u] < 0:
+    keys = zip(aliases.classes.tolist(), aliases.shifts.tolist(), strict=True)
+    for key, quantity in zip(keys, flat.tree.quantities, strict=True):
+        if quantity.kind != "variable" or key[0] < 0:
             continue
-        key = (int(aliases.classes[u]), int(aliases.shifts[u]))
         rank = RANK[quantity.wish]
         old = wish.get(key)
         if old is None or rank == 0 or (rank > old > 0):

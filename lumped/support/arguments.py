@@ -76,14 +76,17 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     kinds = {p.kind for p in signature.parameters.values()}
     is_simple = kinds <= {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}
     places = set(signature.parameters)
+    only_several = several[0] if [*places] == several else ""
     hints: dict[str, Any] = {}
     is_sure: dict[str, Callable[[Any], bool]] = {}
 
     def check(given: dict[str, Any]) -> None:
         for key, value in given.items():
             if key in several:
-                members = enumerate(value)
-                given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
+                if not all(map(is_sure[key], value)):
+                    given[key] = tuple(
+                        _fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in enumerate(value)
+                    )
             elif key in hints and not is_sure[key](value):
                 given[key] = _fitting(name, key, value, hints[key])
         _refuse_other_system(name, given)
@@ -99,6 +102,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             if len(given) == len(args) + len(kwargs) and required <= given.keys():
                 check(given)
                 return function(**given)  # type: ignore[call-arg]
+        if only_several and not kwargs:
+            given = {only_several: args}
+            check(given)
+            return function(*given[only_several])  # type: ignore[call-arg]
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError as fault:
@@ -150,6 +157,11 @@ def _sure(hint: Any) -> Callable[[Any], bool]:
     """Whether a value fits, found at once for what is given most; False if it must be looked at."""
     kinds = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
     plain = {kind for kind in kinds if isinstance(kind, type) and kind is not np.ndarray}
+    of_lumped = tuple(
+        kind
+        for kind in plain
+        if kind.__module__.startswith("lumped.") and not getattr(kind, "_is_protocol", False)
+    )
     if hint is ArrayLike:  # names texts and truth values too
         plain = {float}
     if float in plain:
@@ -165,6 +177,9 @@ def _sure(hint: Any) -> Callable[[Any], bool]:
         if kind is float:
             return float in plain and math.isfinite(value)
         if kind in plain:
+            return True
+        if isinstance(value, of_lumped):
+            plain.add(kind)
             return True
         if kind is str:
             return value in texts

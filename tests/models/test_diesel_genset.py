@@ -15,6 +15,7 @@ from lumped.models.diesel_genset.drive import (
     J_RING,
     PSI,
     RPM,
+    D,
     Genset,
     load,
 )
@@ -160,3 +161,17 @@ def test_the_start_gains_the_work_of_the_gas():
     torque = np.abs(run["coupling.tau"])
     assert t[torque.argmax()] < 0.5
     assert torque.max() > 5 * 6 * FUEL * harmonic(0)[0] * J_GENERATOR / inertia
+
+
+def test_the_load_that_balances_falls_with_the_damping_of_the_throws():
+    system, speeds = lp.assemble(Genset()), np.linspace(44.0, 251.0, 300)
+    found = lp.vibration.order_response(
+        system,
+        speeds=speeds,
+        of=["coupling.tau"],
+        shaft="flywheel.phi",
+        turns=2,
+        free="electric.tau",
+    )
+    torque = found.rotation.theta[:, system.places(["electric.tau"])[0]]
+    np.testing.assert_allclose(torque - torque[0], 6 * D * (speeds - speeds[0]), atol=1e-6)

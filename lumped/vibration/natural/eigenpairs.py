@@ -16,7 +16,7 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.eigen import nonzero
 from lumped.numerics.singular_factors import factors_of
-from lumped.numerics.skew_scaling import balance
+from lumped.numerics.skew_scaling import balance, symmetric_weights
 from lumped.points.linearise import moving
 from lumped.support.arrays import Complex, Real
 from lumped.support.display_units import frequency_unit
@@ -101,8 +101,8 @@ class Eigenpairs(Spectrum, RichHtml):
     def left_vectors(self) -> Complex:
         """Left eigenvectors y with ``y^H x == 1`` of the oscillating modes, shape (n, k).
 
-        By inverse iteration. An eigenvalue that repeats in one connected part has no such vector,
-        and what is given for it is without meaning.
+        An eigenvalue that repeats in one connected part has no such vector, and what is given for
+        it is without meaning.
         """
         return self._find_left(self.eigenvalues, self.vectors)
 
@@ -112,18 +112,19 @@ class Eigenpairs(Spectrum, RichHtml):
         return self._find_left(self.decays, self.decay_vectors)
 
     def _find_left(self, values: Real | Complex, right: Complex) -> Complex:
-        matrix = scipy.sparse.csc_array(self.matrix).astype(complex)
         found = np.zeros(right.shape, dtype=complex)
-        for k, value in enumerate(values):
-            own = self.own_part(right[:, k])
-            factors = factors_beside(matrix[own][:, own], value)
-            y = np.ones(len(own)) / np.sqrt(len(own))
-            y = y + 0.1 * np.random.default_rng(k).standard_normal(len(own))
-            for _ in range(3):
-                y = factors.solve(y.astype(complex), trans="H")
-                y /= np.linalg.norm(y)
+        part = self.parts[np.abs(right).argmax(axis=0)] if right.size else np.zeros(0, dtype=int)
+        for label in np.unique(part):
+            own, mine = np.flatnonzero(self.parts == label), np.flatnonzero(part == label)
+            block = self.matrix[own][:, own]
+            block.eliminate_zeros()
+            weights, shapes = symmetric_weights(block), right[np.ix_(own, mine)]
+            if weights is not None:
+                left = (weights[:, None] * shapes).conj()
+            else:
+                left = find_left_vectors(block, values[mine])
             with np.errstate(divide="ignore", invalid="ignore"):
-                found[own, k] = y / np.conj(np.vdot(y, right[own, k]))
+                found[np.ix_(own, mine)] = left / (left * shapes.conj()).sum(axis=0)
         return found
 
     def list_modes(
@@ -153,6 +154,20 @@ def label_parts(matrix: scipy.sparse.csr_array) -> NDArray[np.int32]:
     own = matrix.copy()
     own.eliminate_zeros()
     found: NDArray[np.int32] = scipy.sparse.csgraph.connected_components(own, directed=False)[1]
+    return found
+
+
+def find_left_vectors(block: scipy.sparse.csr_array, values: Real | Complex) -> Complex:
+    """Left eigenvectors of a connected part of a drive by inverse iteration, in columns."""
+    matrix, n = scipy.sparse.csc_array(block).astype(complex), block.shape[0]
+    found = np.empty((n, len(values)), dtype=complex)
+    for k, value in enumerate(values):
+        factors = factors_beside(matrix, value)
+        y = np.ones(n) / np.sqrt(n) + 0.1 * np.random.default_rng(k).standard_normal(n)
+        for _ in range(3):
+            y = factors.solve(y.astype(complex), trans="H")
+            y /= np.linalg.norm(y)
+        found[:, k] = y
     return found
 
 

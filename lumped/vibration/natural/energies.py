@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
@@ -13,12 +14,14 @@ from lumped.support.arguments import checked
 from lumped.support.arrays import Complex, Real
 from lumped.support.ranking import list_largest, rank
 from lumped.support.rich_html import RichHtml
-from lumped.vibration.natural.modes import Modes
+from lumped.vibration.natural.modes import Modes, integrate_rates
 
 _WORK = {("rad", "N.m"), ("m", "N")}
 """Units of potential and flow of a port whose product is work."""
 _ROUNDING = 1e-9
 _ROUNDLESS = 1e-13
+_TOGETHER = 64
+"""Modes of which amplitudes at all ports are held at once."""
 
 
 @dataclass(frozen=True)
@@ -174,21 +177,10 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     system = modes.system
     if not len(modes.eigenvalues):
         raise OptionError(f"{system.name}: no oscillating mode has energy.")
-    tree = system.structure.tree
-    ports = mechanical_ports(system, _WORK)
-    owners, unknowns = [number for number, _ in ports], [unknown for _, unknown in ports]
-    potentials, flows = (
-        modes._of_unknowns([u + k for u in unknowns], modes.vectors, modes.eigenvalues)
-        for k in (0, 1)
-    )
-    whole = np.zeros((len(tree.instances), len(modes.eigenvalues)), dtype=complex)
-    np.add.at(whole, owners, flows * potentials.conj())
-    sums = whole.copy()
-    for number_, node in enumerate(tree.instances):
-        if node.parent >= 0:  # what parts store is theirs
-            sums[node.parent] -= whole[number_]
-    size = np.abs(sums).max(axis=0)
-    sums[np.abs(sums) <= _ROUNDING * size] = 0.0  # gears, supports, composites
+    tree, sums = system.structure.tree, _sum_work(modes)
+    sizes = np.abs(sums)
+    size = sizes.max(axis=0)
+    sums[sizes <= _ROUNDING * size] = 0.0  # gears, supports, composites
     values, angular = modes.eigenvalues, np.abs(modes.eigenvalues)
     loss = sums.imag / values.imag
     elastic = sums.real - values.real * loss
@@ -208,6 +200,31 @@ def modal_energies(modes: Modes) -> ModalEnergies:
         (kinetic[used] / all_kinetic).T,
         (loss[used] * angular / (2 * all_kinetic)).T,
     )
+
+
+def _sum_work(modes: Modes) -> Complex:
+    """Sum of flow times potential over the ports of each component, shape (components, k).
+
+    What parts store is theirs, and not that of what encloses them.
+    """
+    instances = modes.system.structure.tree.instances
+    ports = mechanical_ports(modes.system, _WORK)
+    owners = np.array([number for number, _ in ports], dtype=int)
+    parents = np.array([instances[owner].parent for owner in owners.tolist()], dtype=int)
+    inner = np.flatnonzero(parents >= 0)
+    shares = np.append(np.ones(len(owners)), -np.ones(len(inner)))
+    places = np.append(owners, parents[inner]), np.append(np.arange(len(owners)), inner)
+    of_ports = scipy.sparse.csr_array((shares, places), (len(instances), len(owners)))
+    potential, flow = (modes._slopes_of([unknown + k for _, unknown in ports]) for k in (0, 1))
+    found = np.empty((len(instances), len(modes.eigenvalues)), dtype=complex)
+    for first in range(0, found.shape[1], _TOGETHER):
+        own = slice(first, first + _TOGETHER)
+        potentials, flows = (
+            integrate_rates(slopes @ modes.vectors[:, own], depths, modes.eigenvalues[own])
+            for slopes, depths in (potential, flow)
+        )
+        found[:, own] = of_ports @ (flows * potentials.conj())
+    return found
 
 
 @dataclass(frozen=True, eq=False)

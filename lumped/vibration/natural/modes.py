@@ -126,7 +126,7 @@ class Modes(Eigenpairs):
     ) -> Complex:
         """Unscaled amplitudes of unknowns, by number, shape (len(unknowns), len(values))."""
         slopes, depths = self._slopes_of(unknowns, speeds_first=bool(np.any(values)))
-        return _integrate(slopes @ vectors, depths, values)
+        return integrate_rates(slopes @ vectors, depths, values)
 
     def _of_positions(self, vectors: Complex | Real, values: Complex | Real) -> Complex:
         """Amplitudes of all angles and positions of ports; where there are none, of the states."""
@@ -136,7 +136,7 @@ class Modes(Eigenpairs):
         # an angle that the states give has no speed in a rigid-body mode
         found = self._lowest(nodes, speeds_first=bool(np.any(values)))
         rows = [row for row in found if row is not None]
-        return _integrate(self._by_states(rows) @ vectors, np.subtract(rows, nodes), values)
+        return integrate_rates(self._by_states(rows) @ vectors, np.subtract(rows, nodes), values)
 
     def _slopes_of(
         self, unknowns: list[int], *, speeds_first: bool = True
@@ -337,9 +337,15 @@ class Modes(Eigenpairs):
         return "\n".join(lines)
 
 
-def _integrate(rates: Any, depths: Any, values: Complex | Real) -> Complex:
-    """Amplitudes of quantities from those of derivatives of some order; a rate stays at zero."""
-    found: Complex = rates / np.where(values == 0, 1.0, values) ** np.asarray(depths)[:, None]
+def integrate_rates(rates: Any, depths: Any, values: Complex | Real) -> Complex:
+    """Amplitudes of quantities from those of derivatives of some order; a rate stays at zero.
+
+    Those of derivatives may be lost.
+    """
+    depths, inverse = np.asarray(depths), 1 / np.where(values == 0, 1.0, values)
+    found: Complex = rates.astype(complex, copy=False)
+    for depth in np.unique(depths[depths != 0]).tolist():
+        np.multiply(found, inverse**depth, out=found, where=(depths == depth)[:, None])
     return found
 
 

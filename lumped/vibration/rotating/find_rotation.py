@@ -229,10 +229,10 @@ class _Balance:
         self._small = small_vibrations(steady.system, (name,), (self._speed,))
         moving = (steady.turning == 0) & ~steady.idle
         self._unknown = np.flatnonzero(np.append(moving, True))
-        self._solved: dict[int, Real] = {}
+        self._solved: dict[int, tuple[Real, Real]] = {}
 
     def solve(self, k: int) -> tuple[Real, Real]:
-        """States and parameter at a speed, shape (n + 1,), and their sizes.
+        """States and parameter at a speed, shape (n + 1,), and the sizes of what they balance.
 
         Where a step to the speed is too large, one between is solved first.
         """
@@ -246,14 +246,14 @@ class _Balance:
                     if near is None or abs(near - tried) <= 1:
                         raise
                     tried = (near + tried) // 2
-        return self._solved[k], np.abs(self._solved[k])
+        return self._solved[k]
 
     def _nearest(self, k: int) -> int | None:
         """The nearest speed that is solved."""
         return min(self._solved, key=lambda i: abs(i - k), default=None)
 
-    def _search(self, k: int) -> Real:
-        """States and parameter at a speed by Newton's method.
+    def _search(self, k: int) -> tuple[Real, Real]:
+        """States and parameter at a speed by Newton's method, and sizes (see `solve`).
 
         Raises
         ------
@@ -266,18 +266,21 @@ class _Balance:
         for _ in range(_STEPS):
             parts, residual, matrix, size = self._missing(k, found)
             worst = int(np.argmax(np.abs(residual) / size))
+            columns = matrix[:, self._unknown]
+            # parts may all be zero at first
+            scale = np.maximum(np.abs(columns).max(axis=1), 1e-300)
+            scaled = columns / scale[:, None]
             if np.abs(residual[worst]) <= _CLOSED * size[worst]:
-                return found
+                own = np.abs(found)
+                inverse = np.linalg.pinv(scaled, rcond=_SINGULAR)
+                own[self._unknown] += np.abs(inverse) @ (size / scale)
+                return found, own
             acting = max(float(np.abs(part).max(initial=0.0)) for part in (parts.B, parts.D))
             if (np.abs(matrix[:, -1]) <= _NO_EFFECT * acting).all():
                 raise OptionError(
                     f"{self._steady.system.name}: free={self.name!r} changes no rate where the "
                     "drive turns steadily; name the torque of the load or of the motor."
                 )
-            columns = matrix[:, self._unknown]
-            # parts may all be zero at first
-            scale = np.maximum(np.abs(columns).max(axis=1), 1e-300)
-            scaled = columns / scale[:, None]
             found[self._unknown] -= np.linalg.lstsq(scaled, residual / scale, rcond=_SINGULAR)[0]
         system = self._steady.system
         names = [*system.state_names, self._speed]
@@ -292,8 +295,9 @@ class _Balance:
         x, near = self._steady.x, self._nearest(k)
         found = np.append(x[k], self._steady.theta[k, self.place])
         if near is not None:
-            found[:-1] += self._solved[near][:-1] - x[near]
-            found[-1] = self._solved[near][-1]
+            solved, _ = self._solved[near]
+            found[:-1] += solved[:-1] - x[near]
+            found[-1] = solved[-1]
         return found
 
     def _missing(self, k: int, found: Real) -> tuple[Parts, Real, Real, Real]:

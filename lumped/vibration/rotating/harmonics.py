@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import OptionError
-from lumped.numerics.interpolated_rows import interpolate_rows
+from lumped.numerics.interpolated_rows import fit_rows, interpolate_rows
 from lumped.points.moved_equilibrium import find_moved_point
 from lumped.points.start_values import relative_positions
 from lumped.support.arrays import Complex, Real
@@ -28,7 +28,8 @@ def harmonics(
     """Harmonics of rates and outputs, means of outputs, and of the numbers of the matrices.
 
     Where the states at all speeds follow from the model, they are interpolated over the speed from
-    some of the speeds (`interpolate_rows`).
+    some of the speeds (`interpolate_rows`); where points are given at each speed, such as with a
+    load that follows it, over the two numbers that set these apart, if these are all (`fit_rows`).
 
     Returns
     -------
@@ -60,10 +61,13 @@ def harmonics(
         sizes = [np.tile(np.repeat(size, 2), len(orders)), np.abs(still).max(axis=0, initial=0.0)]
         return np.append(spectrum.view(float), turns.weights @ still), np.concatenate(sizes)
 
-    if len(steady.points) > 1 or (steady.settings != steady.settings[0]).any():
-        rows = np.array([row(k)[0] for k in range(count)])
-    else:
+    plane = steady.plane
+    if len(steady.points) == 1 and (steady.settings == steady.settings[0]).all():
         rows = interpolate_rows(row, steady.speeds)
+    elif plane is not None:
+        rows = fit_rows(row, plane)
+    else:
+        rows = np.array([row(k)[0] for k in range(count)])
     end = 2 * len(orders) * (n + q)
     spectra = np.ascontiguousarray(rows[:, :end]).view(complex).reshape(count, len(orders), n + q)
     ends = end + np.cumsum([q, *(len(r) for r, _ in small.patterns)])

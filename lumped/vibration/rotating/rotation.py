@@ -15,6 +15,9 @@ from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
 from lumped.timeloop.results.operating_point import OperatingPoint
 
+_ROUNDING = 1e-12
+"""Relative difference of states and parameters that is rounding."""
+
 
 @dataclass(frozen=True, eq=False)
 class Rotation:
@@ -102,6 +105,23 @@ class Rotation:
         """States on which no rate depends, such as angles that were asked for, shape (n,)."""
         structure = self.system.structure
         return np.isin(structure.states, list(structure.cyclic))
+
+    @property
+    def plane(self) -> Real | None:
+        """Two numbers of each speed on which states and parameters depend linearly, shape (k, 2).
+
+        None if there are no such numbers, or the settings differ.
+        """
+        if (self.settings != self.settings[0]).any():
+            return None
+        every = np.hstack([self.x, self.theta])
+        size = np.abs(every).max(axis=0)
+        every = every[:, np.ptp(every, axis=0) > _ROUNDING * (size + 1)]
+        if every.shape[1] < 2:
+            return np.hstack([every, np.zeros((len(every), 2 - every.shape[1]))])
+        apart = (every - every.mean(axis=0)) / np.abs(every).max(axis=0)
+        found, sizes, _ = np.linalg.svd(apart, full_matrices=False)
+        return None if (sizes[2:] > _ROUNDING * sizes[0]).any() else found[:, :2] * sizes[:2]
 
     def along(self, k: int, angles: Real) -> tuple[Real, Real]:
         """States and settings at one speed and at angles, shapes (samples, n) and (samples, m)."""
