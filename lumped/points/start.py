@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lumped.compiler.constraints import constraints_of
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, StartError, shown
@@ -135,8 +136,8 @@ def find_start(
         point = start_by_states(system, parameters, start, free, time, together)
     except StartError as error:
         fault = error
-    if not (free or together or system.structure.flat.initial):
-        before = point and (point.before or point)
+    if constraints_of(system) and not (free or together or system.structure.flat.initial):
+        before = point if point is None or point.before is None else point.before
         try:
             better = consistent_point(
                 system, system.theta(parameters), by_name(start), time, before
@@ -146,7 +147,7 @@ def find_start(
                 raise
             raise StartError(f"{fault} {error}") from None
         if better is not None:
-            if point is not None and better.system is system and better.x is (before or point).x:
+            if point is not None and before is not None and better.x is before.x:
                 return replace(point, lost=better.lost)
             again = None
             if system.structure.lost_states:
@@ -175,9 +176,9 @@ def start_by_states(
         given = by_key(system, parameters, values, free)
         again = partial(find_start, **given, time=time, together=together)
     if not (places or together):
-        point = _direct(system, theta, values, time)
+        point = _direct(system, theta, values, time, again)
         if point is not None:
-            return point if again is None else replace(point, again=again)
+            return point
 
     def find(pressed: tuple[int, ...]) -> tuple[OperatingPoint, StartSearch]:
         search = StartSearch(system, theta, values, places, time, together, pressed)
@@ -212,16 +213,17 @@ def by_key(
     system: System, parameters: Changes | None, start: Changes | None, free: Iterable[Name]
 ) -> dict[str, Any]:
     """What a point was found from, by full names."""
-    changed, given = (
-        {system.key(name): value for name, value in (each or {}).items()}
-        for each in (parameters, start)
-    )
-    names = tuple(system.key(name) for name in free)
-    return {"parameters": changed, "start": given, "free": names}
+    changed = {system.key(name): value for name, value in (parameters or {}).items()}
+    given = {system.key(name): value for name, value in (start or {}).items()}
+    return {"parameters": changed, "start": given, "free": tuple(map(system.key, free))}
 
 
 def _direct(
-    system: System, theta: np.ndarray, start: Changes, time: float
+    system: System,
+    theta: np.ndarray,
+    start: Changes,
+    time: float,
+    again: Callable[[System], OperatingPoint] | None,
 ) -> OperatingPoint | None:
     """The start where nothing must be searched for; None otherwise."""
     changed = read_start_values(system, start)
@@ -232,7 +234,8 @@ def _direct(
     x, missed = found
     settings = modes_at(system, theta, just_after(time))
     residual = missed if form.searches else None
-    return _begin_motion(OperatingPoint(system, time, x, theta, settings, residual=residual))
+    point = OperatingPoint(system, time, x, theta, settings, residual=residual, again=again)
+    return _begin_motion(point)
 
 
 def free_places(system: System, free: Iterable[Name]) -> list[int]:

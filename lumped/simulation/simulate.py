@@ -21,7 +21,7 @@ from lumped.support.arguments import checked
 from lumped.timeloop.results.operating_point import OperatingPoint, PointOfRun
 from lumped.timeloop.results.recorder import Recorder, output_times
 from lumped.timeloop.results.statistics import Statistics
-from lumped.timeloop.results.trajectory import Trajectory
+from lumped.timeloop.results.trajectory import Again, Read, Trajectory
 from lumped.timeloop.results.validity import refuse_run_outside
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
@@ -33,14 +33,20 @@ _SAME = 1e-12
 """Distance in time, over the end of the run, below which an instant is that of an event."""
 
 
-def run_from(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory:
+def run_from(
+    point: OperatingPoint,
+    plan: RunPlan,
+    output: Recorder,
+    read: Read | None = None,
+    again: Again | None = None,
+) -> Trajectory:
     """The run from a point by the method of its plan, which a recorder takes."""
     kind = RunInClosedForm if plan.method == "exact" else RunBySteps
     with output.progress:
         run = kind(point, plan, output)
         try:
             run.go()
-            return run.trajectory()
+            return run.trajectory(read, again)
         except KeyboardInterrupt:
             raise _make_interrupted(run) from None
         except SolverError as error:
@@ -120,7 +126,9 @@ def _as_row(*parts: Any) -> _RepeatedRun | None:
 
 def _again_from(point: OperatingPoint, plan: RunPlan) -> _RepeatedRun:
     """Makes the run from a point again."""
-    plan, came = plan._replace(start=None), point.again
+    came = point.again
+    if plan.start is not None:
+        plan = plan._replace(start=None)
     if not isinstance(came, PointOfRun):
         return _RepeatedRun(point, plan)
     return _RepeatedRun(replace(point, again=None), plan, came.run, came.time)
@@ -247,10 +255,10 @@ def recorder(point: OperatingPoint, plan: RunPlan, grid: Grid) -> Recorder:
 
 def run_on(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory:
     """The run from a point, which can be read and made again, and leaves no range of equations."""
-    found = run_from(point, plan, output)
-    refuse_run_outside(found)
     again = None if point.again is None else _again_from(point, plan)
-    return replace(found, read=functools.partial(read_run, plan, point), again=again)
+    found = run_from(point, plan, output, functools.partial(read_run, plan, point), again)
+    refuse_run_outside(found)
+    return found
 
 
 def _certify(found: Trajectory, point: OperatingPoint, plan: RunPlan) -> Trajectory:

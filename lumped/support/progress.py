@@ -32,10 +32,8 @@ class Progress:
     def __init__(self, what: str, total: float) -> None:
         self._what, self._total = what, total
         self._begin = clock.monotonic()
-        self._outermost = not _open
-        self._next = float("inf")
-        if self._outermost and sys.stderr.isatty():
-            self._next = self._begin + _FIRST
+        self._outermost = sys.stderr.isatty() and not _open
+        self._next = self._begin + _FIRST if self._outermost else float("inf")
         self._shown = False
 
     def at(self, done: float) -> None:
@@ -58,7 +56,8 @@ class Progress:
 
     def __exit__(self, *_: object) -> None:
         """Remove the line."""
-        _open.discard(self)
+        if self._outermost:
+            _open.discard(self)
         if self._shown:
             sys.stderr.write("\r" + " " * 78 + "\r")
             sys.stderr.flush()

@@ -182,12 +182,12 @@ class RunBySteps(Simulation):
         """Go to a point with the states of the present system."""
         self._kept, self._room, run = kept, kept.room, kept.run
         self._run, plant = run, self._executable.plant
-        self.atol = self._relative_atol * nominals(self.system)
+        self.atol = run.least_atol
         self.largest = self._sizes.get(self.system, np.zeros(0))
         self._executable.place(run, self.point.theta, x, settings)
         if plant.holds:
             engine.call("watch_constraints", run)
-        self._modes = settings[: len(settings) - plant.implicit].copy()
+        self._modes = settings[: len(settings) - plant.implicit]
 
     def _longest(self) -> float:
         """Step by which implicit quantities and margins are followed where there are no states."""

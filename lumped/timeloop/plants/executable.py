@@ -122,11 +122,18 @@ class Executable:
             code = load_functions(group)
             if code is not None:
                 self._take(code, group)
+        self._note_worth()
 
     def _take(self, code: Code, names: Iterable[str]) -> None:
         self._kept.append(code)
         for name in names:
             getattr(self.plant, name).address = code.address(name)
+        self._note_worth()
+
+    def _note_worth(self) -> None:
+        """Note after how many interpreted operations the next group is worth compiling."""
+        groups = self._interpreted_groups()[:1]
+        self._worth = WORTH * sum(len(part.table) for group in groups for part in group.values())
 
     def _interpreted_groups(self) -> list[dict[str, Operations]]:
         """Functions without machine code: those that each stage of a step needs, then others."""
@@ -164,8 +171,8 @@ class Executable:
             return
         self._interpreted += run.interpreted
         run.interpreted = 0
-        for group in self._interpreted_groups()[:1]:
-            if self._interpreted > WORTH * sum(len(part.table) for part in group.values()):
+        if self._interpreted > self._worth:
+            for group in self._interpreted_groups()[:1]:
                 self._take(compile_functions(group), group)
                 self._interpreted = 0
 
