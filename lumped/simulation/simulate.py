@@ -18,6 +18,7 @@ from lumped.points.start import run_start
 from lumped.simulation.certify import Certificate, between, choose_names, compare_runs
 from lumped.simulation.energy_audit import audit_energy
 from lumped.support.arguments import checked
+from lumped.timeloop.closed_form_choice import closed_form_pays
 from lumped.timeloop.results.operating_point import OperatingPoint, PointOfRun
 from lumped.timeloop.results.recorder import Recorder, output_times
 from lumped.timeloop.results.statistics import Statistics
@@ -25,7 +26,7 @@ from lumped.timeloop.results.trajectory import Again, Read, Trajectory
 from lumped.timeloop.results.validity import refuse_run_outside
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
-from lumped.timeloop.run_in_closed_form import RunInClosedForm, closed_form_pays
+from lumped.timeloop.run_in_closed_form import RunInClosedForm
 from lumped.timeloop.run_options import Grid, RunOptions, RunPlan, run_plan
 
 _P = ParamSpec("_P")
@@ -234,11 +235,12 @@ def _run_by_plan(
 ) -> tuple[Trajectory, OperatingPoint, RunPlan]:
     """A run, where it starts, and its options with the method that was taken."""
     point = run_start(system, plan)
-    if plan.method == "auto" and grid is None:
+    output = recorder(point, plan, grid)
+    if plan.method == "auto" and output.times is None:
         plan = plan._replace(method="steps")
-    elif plan.method == "auto" and closed_form_pays(point, plan.until, plan.rtol):
+    elif plan.method == "auto" and closed_form_pays(point, plan, output.size):
         plan = plan._replace(method="exact")
-    return run_on(point, plan, recorder(point, plan, grid)), point, plan
+    return run_on(point, plan, output), point, plan
 
 
 def recorder(point: OperatingPoint, plan: RunPlan, grid: Grid) -> Recorder:

@@ -123,6 +123,11 @@ class Recorder:
         """Whether output times were given."""
         return self.times is not None
 
+    @property
+    def size(self) -> int:
+        """Number of output times that were given."""
+        return 0 if self.times is None else len(self.times)
+
     def open(self, system: System) -> None:
         """Begin a new piece."""
         self._parts.append((system, []))
