@@ -234,8 +234,8 @@ def _direct(
     x, missed = found
     settings = modes_at(system, theta, just_after(time))
     residual = missed if form.searches else None
-    point = OperatingPoint(system, time, x, theta, settings, residual=residual, again=again)
-    return _begin_motion(point)
+    make = partial(OperatingPoint, system, time, theta=theta, residual=residual, again=again)
+    return _make_begun(make, x, theta, time, settings, system)
 
 
 def free_places(system: System, free: Iterable[Name]) -> list[int]:
@@ -326,9 +326,23 @@ def _begin_motion(point: OperatingPoint) -> OperatingPoint:
     """The point in its positions, after what collides there at once."""
     if not point.system.switching:
         return point
+    return _make_begun(partial(replace, point), *point.inputs, point.system)
+
+
+def _make_begun(
+    make: Callable[..., OperatingPoint],
+    x: np.ndarray,
+    theta: np.ndarray,
+    time: float,
+    settings: np.ndarray,
+    system: System,
+) -> OperatingPoint:
+    """The point of some states and settings in its positions, after what collides there at once."""
+    if not system.switching:
+        return make(x=x, settings=settings)
     try:
-        x, settings, hits = begin(point.system, point.theta, point.time, point.x, point.settings)
+        begun, positions, hits = begin(system, theta, time, x, settings)
     except SolverError as error:
         raise StartError(str(error)) from None
-    before = point if hits else None
-    return replace(point, x=x, settings=settings, collisions=hits, before=before)
+    before = make(x=x, settings=settings) if hits else None
+    return make(x=begun, settings=positions, collisions=hits, before=before)

@@ -82,18 +82,19 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     def check(given: dict[str, Any]) -> None:
         for key, value in given.items():
-            if key in several:
-                members = enumerate(value)
-                given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
-            elif key in hints and not is_sure[key](value):
+            fits = is_sure.get(key)
+            if fits is not None and not fits(value):
                 given[key] = _fitting(name, key, value, hints[key])
+        for key in [each for each in several if each in given]:
+            members = enumerate(given[key])
+            given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
         _refuse_other_system(name, given, points)
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         if not hints and known:
             hints.update(_hints(function, signature))
-            is_sure.update({key: _sure(hint) for key, hint in hints.items()})
+            is_sure.update({k: _sure(hint) for k, hint in hints.items() if k not in several})
             points.extend(key for key, hint in hints.items() if "OperatingPoint" in str(hint))
         if is_simple and len(args) <= len(plain) and kwargs.keys() <= places:
             # the same as below where nothing is wrong, in a tenth of the time

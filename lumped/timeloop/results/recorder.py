@@ -38,7 +38,7 @@ def output_times(
     """
     if grid is None:
         return None
-    if isinstance(grid, int | np.integer) and not isinstance(grid, bool):
+    if isinstance(grid, (int, np.integer)) and not isinstance(grid, bool):
         if not 1 <= grid <= _MOST:
             raise OptionError(
                 f"grid = {grid}: the number of output intervals must lie between 1 and {_MOST}."
@@ -47,14 +47,14 @@ def output_times(
         return make(begin, until, int(grid))
     times = _numbers(grid)
     count = len(times) if times.ndim == 1 else 0
-    if not count or not (times[1:] >= times[:-1]).all():
+    if not count or (count > 1 and not (times[1:] >= times[:-1]).all()):
         raise OptionError(
             f"grid = {grid!r:.60}: give a number of output intervals, or a list of output times "
             "that does not decrease, or None for the steps of the solver."
         )
     first, last = float(times[0]), float(times[-1])
     if begin <= first and last <= until:
-        return times.copy()
+        return times
     near = _ROUNDING * max(abs(begin), abs(until))
     if not (first >= begin - near and last <= until + near):
         raise OptionError(
@@ -74,9 +74,9 @@ def _space_evenly(begin: float, until: float, intervals: int) -> np.ndarray:
 
 
 def _numbers(grid: object) -> np.ndarray:
-    """Output times in s as an array; not yet checked."""
+    """Output times in s as an array of its own; not yet checked."""
     try:
-        return np.asarray(grid, dtype=float)
+        return np.array(grid, dtype=float)
     except (TypeError, ValueError):
         listed = grid if isinstance(grid, Iterable) else [grid]
         return np.array([read_time(time, "grid: time") for time in listed])
@@ -135,7 +135,7 @@ class Recorder:
     def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
         """Points of the present piece: times (k,), states (k, n), settings (k, m)."""
         self._parts[-1][1].append((t, x, settings))
-        if len(t):
+        if self.progress.is_shown and len(t):
             self.progress.at(float(t[-1]) - self._begin)
 
     def edge(self, t: float, x: np.ndarray, settings: np.ndarray) -> None:
