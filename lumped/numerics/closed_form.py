@@ -115,18 +115,25 @@ def _part(a: Real | scipy.sparse.csr_array) -> _Modal | _Coupled | _Stepped:
     full = a if isinstance(a, np.ndarray) else a.toarray()
     if full.diagonal().any():
         return _general(full)
-    a = scipy.sparse.csr_array(a)
-    a.eliminate_zeros()
-    scale = skew_scaling(a)
+    sparse = scipy.sparse.csr_array(a)
+    sparse.eliminate_zeros()
+    scale = skew_scaling(sparse)
     if scale is None:
         return _general(full)
     skew = scale[:, None] * full / scale[None, :]
-    colour = two_colours(a)
+    is_small = isinstance(a, np.ndarray)
+    colour = _colour(len(a), (a != 0).tobytes()) if is_small else two_colours(sparse)
     if colour is not None:
         return _Coupled(skew, scale, colour)
     angular, vectors = scipy.linalg.eigh(1j * skew)
     values = zero_rounding(-1j * angular, len(angular))
     return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
+
+
+@lru_cache(_PATTERNS)
+def _colour(states: int, pattern: bytes) -> Boolean | None:
+    nonzero = np.frombuffer(pattern, dtype=bool).reshape(states, states)
+    return two_colours(scipy.sparse.csr_array(nonzero))
 
 
 def _general(a: Real) -> _Modal | _Stepped:
