@@ -100,7 +100,7 @@ def _pace(system: System) -> ArrayFunction:
     the states that move most in it tell its decay.
     """
     x, theta, t, settings = system.inputs
-    slopes = ca.substitute(ca.jacobian(system.rates, x), x, ca.SX.zeros(x.numel()))
+    slopes = system.jacobian(ca.SX.zeros(x.numel()), theta, t, settings)[0]
     size, damping = ca.fabs(slopes), ca.fmax(-ca.diag(slopes), 0)
     mode = ca.mtimes(size, ca.mtimes(size, ca.SX.ones(x.numel())))
     twice = ca.mtimes(size, ca.mtimes(size, mode))

@@ -268,12 +268,12 @@ class RunBySteps(Simulation):
         out.turns = 0
         if changes:
             pairs = zip(room.changes[:changes].tolist(), room.when[:changes].tolist(), strict=True)
-            self.events += [self._event(*change) for change in pairs]
+            self.events += [self._event(*change, *when) for change, when in pairs]
             out.changes = 0
 
-    def _event(self, change: list[int], when: list[float]) -> Event:
-        kind, number, before, after = change
-        t, loss = when
+    def _event(
+        self, kind: int, number: int, before: int, after: int, t: float, loss: float
+    ) -> Event:
         s = self.system.switching
         if kind == 0:
             name, old = s.relation_text(number, before)
