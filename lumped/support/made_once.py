@@ -31,7 +31,7 @@ def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments
 
     @wraps(function)
     def call_once(owner: S, *arguments: *Arguments) -> T:
-        key, found = (function, arguments), owner.made
+        key, found = (function, arguments) if arguments else function, owner.made
         if key not in found:
             with process_lock:
                 if key not in found:

@@ -158,7 +158,7 @@ class _InstantSearch:
         which, function = plain_clocks(self.system)
         if not which:
             return {}
-        zero, slope = (np.asarray(v).ravel() for v in function(0.0, self.theta))
+        zero, slope = function(0.0, self.theta)
         found = {}
         for k, at_zero, rate in zip(which, zero.tolist(), slope.tolist(), strict=True):
             instant = -at_zero / rate if rate else np.inf
