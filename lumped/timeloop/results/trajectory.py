@@ -37,9 +37,7 @@ from lumped.timeloop.results.result_files import Saved, draw_curves, list_comput
 from lumped.timeloop.results.statistics import Statistics
 
 Read = Callable[[Sequence[Functional]], np.ndarray]
-"""Makes a run again and gives functionals of it."""
 Again = Callable[[np.ndarray], "Trajectory"]
-"""Makes a run again at some times."""
 
 
 @dataclass(frozen=True, eq=False)
