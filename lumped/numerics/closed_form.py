@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import scipy
@@ -25,10 +25,11 @@ _EPS = float(np.finfo(float).eps)
 _WORST = 1e3
 """Condition of eigenvectors up to which they are used."""
 _TERMS = 22
-_DENSE = 500
-"""States up to which the matrix is kept as an array."""
+_PATTERNS = 16
+"""Patterns of nonzeros whose parts are kept."""
 _MOST_GROWTH = 600.0
 """Logarithm of the largest growth that a number can hold, with some to spare."""
+_Split = tuple[np.ndarray, np.ndarray, list[np.ndarray]]
 
 
 class ClosedForm:
@@ -36,8 +37,8 @@ class ClosedForm:
 
     Parameters
     ----------
-    a : csc_array, shape (n, n)
-        Constant matrix.
+    a : ndarray or csc_array, shape (n, n)
+        Constant matrix; sparse above 500 states.
 
     Attributes
     ----------
@@ -45,25 +46,16 @@ class ClosedForm:
         How its parts are solved.
     """
 
-    def __init__(self, a: scipy.sparse.csc_array) -> None:
-        if a.shape[0] <= _DENSE:
-            a = a.toarray()
+    def __init__(self, a: Real | scipy.sparse.csc_array) -> None:
+        if isinstance(a, np.ndarray):
+            found = _split_pattern(len(a), (a != 0).tobytes())
         else:
             a = scipy.sparse.csr_array(a)
             a.eliminate_zeros()
-        idle = abs(a).sum(axis=0) == 0
-        self._core, self._idle = np.flatnonzero(~idle), np.flatnonzero(idle)
-        core = a[self._core][:, self._core]
+            found = _split(a != 0)
+        self._core, self._idle, parts = found
         self._integrated = a[self._idle][:, self._core]
-        count, label = (
-            scipy.sparse.csgraph.connected_components(scipy.sparse.csr_array(core), directed=False)
-            if core.shape[0]
-            else (0, idle)
-        )
-        order = np.split(
-            np.argsort(label, kind="stable"), np.cumsum(np.bincount(label, minlength=count))[:-1]
-        )
-        self._parts = [(own, _part(core[own][:, own])) for own in order[:count]]
+        self._parts = [(own, _part(a[self._core[own]][:, self._core[own]])) for own in parts]
         self.words = tuple(sorted({part.words for _, part in self._parts}))
 
     def solve(self, x: Real, terms: Real, s: Real) -> Real:
@@ -101,18 +93,36 @@ class ClosedForm:
         return max((part.rounding(span) for _, part in self._parts), default=_EPS)
 
 
+@lru_cache(_PATTERNS)
+def _split_pattern(states: int, pattern: bytes) -> _Split:
+    return _split(np.frombuffer(pattern, dtype=bool).reshape(states, states))
+
+
+def _split(a: Boolean | scipy.sparse.csr_array) -> _Split:
+    """States on which others depend, all others, and the former in parts, by nonzeros."""
+    idle = a.sum(axis=0) == 0
+    kept, other = np.flatnonzero(~idle), np.flatnonzero(idle)
+    if not len(kept):
+        return kept, other, []
+    core = scipy.sparse.csr_array(a[kept][:, kept])
+    count, label = scipy.sparse.csgraph.connected_components(core, directed=False)
+    ends = np.cumsum(np.bincount(label, minlength=count))[:-1]
+    return kept, other, np.split(np.argsort(label, kind="stable"), ends)
+
+
 def _part(a: Real | scipy.sparse.csr_array) -> _Modal | _Coupled | _Stepped:
     """States that depend on each other; `words` say how they are solved."""
     full = a if isinstance(a, np.ndarray) else a.toarray()
     if full.diagonal().any():
         return _general(full)
-    a = scipy.sparse.csr_array(a)
-    a.eliminate_zeros()
-    scale = skew_scaling(a)
+    sparse = scipy.sparse.csr_array(a)
+    sparse.eliminate_zeros()
+    scale = skew_scaling(sparse)
     if scale is None:
         return _general(full)
     skew = scale[:, None] * full / scale[None, :]
-    colour = two_colours(a)
+    is_small = isinstance(a, np.ndarray)
+    colour = _colour(len(a), (a != 0).tobytes()) if is_small else two_colours(sparse)
     if colour is not None:
         return _Coupled(skew, scale, colour)
     angular, vectors = scipy.linalg.eigh(1j * skew)
@@ -120,14 +130,20 @@ def _part(a: Real | scipy.sparse.csr_array) -> _Modal | _Coupled | _Stepped:
     return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
 
 
+@lru_cache(_PATTERNS)
+def _colour(states: int, pattern: bytes) -> Boolean | None:
+    nonzero = np.frombuffer(pattern, dtype=bool).reshape(states, states)
+    return two_colours(scipy.sparse.csr_array(nonzero))
+
+
 def _general(a: Real) -> _Modal | _Stepped:
-    with np.errstate(invalid="ignore"):  # SciPy turns scales into integers beside
-        balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
-    values, vectors = scipy.linalg.eig(balanced)
-    condition = float(np.linalg.cond(vectors))
-    if not condition <= _WORST:
+    balanced, _, _, scale, _ = scipy.linalg.lapack.dgebal(a, scale=1, permute=0)
+    values, vectors = np.linalg.eig(balanced)
+    sizes = np.linalg.svd(vectors, compute_uv=False)
+    if not sizes[0] <= _WORST * sizes[-1]:
         return _Stepped(balanced, scale)
-    back = scipy.linalg.inv(vectors) / scale
+    condition = float(sizes[0] / sizes[-1])
+    back = np.linalg.inv(vectors) / scale
     one = values.imag >= 0  # the real part of a pair is twice that of one of them
     forth = scale[:, None] * vectors[:, one] * np.where(values[one].imag > 0, 2.0, 1.0)
     return _Modal(values[one], forth, back[one], condition, "eigenvectors")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lumped.compiler.constraints import constraints_of
 from lumped.compiler.structure import Name
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptionError, SolverError, StartError, shown
@@ -135,7 +136,7 @@ def find_start(
         point = start_by_states(system, parameters, start, free, time, together)
     except StartError as error:
         fault = error
-    if not (free or together or system.structure.flat.initial):
+    if constraints_of(system) and not (free or together or system.structure.flat.initial):
         before = point if point is None or point.before is None else point.before
         try:
             better = consistent_point(
@@ -176,9 +177,9 @@ def start_by_states(
         given = by_key(system, parameters, values, free)
         again = partial(find_start, **given, time=time, together=together)
     if not (places or together):
-        point = _direct(system, theta, values, time)
+        point = _direct(system, theta, values, time, again)
         if point is not None:
-            return point if again is None else replace(point, again=again)
+            return point
 
     def find(pressed: tuple[int, ...]) -> tuple[OperatingPoint, StartSearch]:
         search = StartSearch(system, theta, values, places, time, together, pressed)
@@ -213,16 +214,17 @@ def by_key(
     system: System, parameters: Changes | None, start: Changes | None, free: Iterable[Name]
 ) -> dict[str, Any]:
     """What a point was found from, by full names."""
-    changed, given = (
-        {system.key(name): value for name, value in (each or {}).items()}
-        for each in (parameters, start)
-    )
-    names = tuple(system.key(name) for name in free)
-    return {"parameters": changed, "start": given, "free": names}
+    changed = {system.key(name): value for name, value in (parameters or {}).items()}
+    given = {system.key(name): value for name, value in (start or {}).items()}
+    return {"parameters": changed, "start": given, "free": tuple(map(system.key, free))}
 
 
 def _direct(
-    system: System, theta: np.ndarray, start: Changes, time: float
+    system: System,
+    theta: np.ndarray,
+    start: Changes,
+    time: float,
+    again: Callable[[System], OperatingPoint] | None,
 ) -> OperatingPoint | None:
     """The start where nothing must be searched for; None otherwise."""
     changed = read_start_values(system, start)
@@ -233,7 +235,8 @@ def _direct(
     x, missed = found
     settings = modes_at(system, theta, just_after(time))
     residual = missed if form.searches else None
-    return _begin_motion(OperatingPoint(system, time, x, theta, settings, residual=residual))
+    make = partial(OperatingPoint, system, time, theta=theta, residual=residual, again=again)
+    return _make_begun(make, x, theta, time, settings, system)
 
 
 def free_places(system: System, free: Iterable[Name]) -> list[int]:
@@ -324,9 +327,23 @@ def _begin_motion(point: OperatingPoint) -> OperatingPoint:
     """The point in its positions, after what collides there at once."""
     if not point.system.switching:
         return point
+    return _make_begun(partial(replace, point), *point.inputs, point.system)
+
+
+def _make_begun(
+    make: Callable[..., OperatingPoint],
+    x: np.ndarray,
+    theta: np.ndarray,
+    time: float,
+    settings: np.ndarray,
+    system: System,
+) -> OperatingPoint:
+    """The point of some states and settings in its positions, after what collides there at once."""
+    if not system.switching:
+        return make(x=x, settings=settings)
     try:
-        x, settings, hits = begin(point.system, point.theta, point.time, point.x, point.settings)
+        begun, positions, hits = begin(system, theta, time, x, settings)
     except SolverError as error:
         raise StartError(str(error)) from None
-    before = point if hits else None
-    return replace(point, x=x, settings=settings, collisions=hits, before=before)
+    before = make(x=x, settings=settings) if hits else None
+    return make(x=begun, settings=positions, collisions=hits, before=before)

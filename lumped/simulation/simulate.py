@@ -18,14 +18,15 @@ from lumped.points.start import run_start
 from lumped.simulation.certify import Certificate, between, choose_names, compare_runs
 from lumped.simulation.energy_audit import audit_energy
 from lumped.support.arguments import checked
+from lumped.timeloop.closed_form_choice import closed_form_pays
 from lumped.timeloop.results.operating_point import OperatingPoint, PointOfRun
 from lumped.timeloop.results.recorder import Recorder, output_times
 from lumped.timeloop.results.statistics import Statistics
-from lumped.timeloop.results.trajectory import Trajectory
+from lumped.timeloop.results.trajectory import Again, Read, Trajectory
 from lumped.timeloop.results.validity import refuse_run_outside
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
-from lumped.timeloop.run_in_closed_form import RunInClosedForm, closed_form_pays
+from lumped.timeloop.run_in_closed_form import RunInClosedForm
 from lumped.timeloop.run_options import Grid, RunOptions, RunPlan, run_plan
 
 _P = ParamSpec("_P")
@@ -33,14 +34,20 @@ _SAME = 1e-12
 """Distance in time, over the end of the run, below which an instant is that of an event."""
 
 
-def run_from(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory:
+def run_from(
+    point: OperatingPoint,
+    plan: RunPlan,
+    output: Recorder,
+    read: Read | None = None,
+    again: Again | None = None,
+) -> Trajectory:
     """The run from a point by the method of its plan, which a recorder takes."""
     kind = RunInClosedForm if plan.method == "exact" else RunBySteps
     with output.progress:
         run = kind(point, plan, output)
         try:
             run.go()
-            return run.trajectory()
+            return run.trajectory(read, again)
         except KeyboardInterrupt:
             raise _make_interrupted(run) from None
         except SolverError as error:
@@ -120,7 +127,9 @@ def _as_row(*parts: Any) -> _RepeatedRun | None:
 
 def _again_from(point: OperatingPoint, plan: RunPlan) -> _RepeatedRun:
     """Makes the run from a point again."""
-    plan, came = plan._replace(start=None), point.again
+    came = point.again
+    if plan.start is not None:
+        plan = plan._replace(start=None)
     if not isinstance(came, PointOfRun):
         return _RepeatedRun(point, plan)
     return _RepeatedRun(replace(point, again=None), plan, came.run, came.time)
@@ -226,11 +235,12 @@ def _run_by_plan(
 ) -> tuple[Trajectory, OperatingPoint, RunPlan]:
     """A run, where it starts, and its options with the method that was taken."""
     point = run_start(system, plan)
-    if plan.method == "auto" and grid is None:
+    output = recorder(point, plan, grid)
+    if plan.method == "auto" and output.times is None:
         plan = plan._replace(method="steps")
-    elif plan.method == "auto" and closed_form_pays(point, plan.until, plan.rtol):
+    elif plan.method == "auto" and closed_form_pays(point, plan, output.size):
         plan = plan._replace(method="exact")
-    return run_on(point, plan, recorder(point, plan, grid)), point, plan
+    return run_on(point, plan, output), point, plan
 
 
 def recorder(point: OperatingPoint, plan: RunPlan, grid: Grid) -> Recorder:
@@ -247,10 +257,10 @@ def recorder(point: OperatingPoint, plan: RunPlan, grid: Grid) -> Recorder:
 
 def run_on(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory:
     """The run from a point, which can be read and made again, and leaves no range of equations."""
-    found = run_from(point, plan, output)
-    refuse_run_outside(found)
     again = None if point.again is None else _again_from(point, plan)
-    return replace(found, read=functools.partial(read_run, plan, point), again=again)
+    found = run_from(point, plan, output, functools.partial(read_run, plan, point), again)
+    refuse_run_outside(found)
+    return found
 
 
 def _certify(found: Trajectory, point: OperatingPoint, plan: RunPlan) -> Trajectory:

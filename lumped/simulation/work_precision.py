@@ -20,9 +20,10 @@ from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.rich_html import RichHtml
 from lumped.support.text_table import number, table
+from lumped.timeloop.closed_form_choice import closed_form_holds
 from lumped.timeloop.plants.executable import executable
 from lumped.timeloop.results.trajectory import Trajectory
-from lumped.timeloop.run_in_closed_form import closed_form_pays, linear_form
+from lumped.timeloop.run_in_closed_form import has_linear_form
 from lumped.timeloop.run_options import Method, RunOptions, run_plan
 
 _INTERVALS = 997
@@ -235,7 +236,7 @@ def work_precision(
         )
 
     tight = max(1e-2 * min(ladder), _TIGHTEST)
-    if closed_form_pays(point, plan.until, 1e-9):
+    if closed_form_holds(point, plan.until, 1e-9):
         reference, text = run("exact", 1e-9), f"exact, checked by steps at rtol {tight:.1g}"
         check = run("steps", tight)
     else:
@@ -253,11 +254,8 @@ def work_precision(
 
 
 def _methods(system: System) -> list[Method]:
-    try:
-        linear_form(system)
-    except OptionError:
-        return ["explicit", "implicit", "auto"]
-    return ["explicit", "implicit", "exact", "auto"]
+    exact: list[Method] = ["exact"] if has_linear_form(system) else []
+    return ["explicit", "implicit", *exact, "auto"]
 
 
 def _row(

@@ -79,6 +79,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     only_several = several[0] if [*places] == several else ""
     hints: dict[str, Any] = {}
     is_sure: dict[str, Callable[[Any], bool]] = {}
+    points: list[str] = []
 
     def check(given: dict[str, Any]) -> None:
         for key, value in given.items():
@@ -89,13 +90,14 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
                     )
             elif key in hints and not is_sure[key](value):
                 given[key] = _fitting(name, key, value, hints[key])
-        _refuse_other_system(name, given)
+        _refuse_other_system(name, given, points)
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         if not hints and known:
             hints.update(_hints(function, signature))
             is_sure.update({key: _sure(hint) for key, hint in hints.items()})
+            points.extend(key for key, hint in hints.items() if "OperatingPoint" in str(hint))
         if is_simple and len(args) <= len(plain) and kwargs.keys() <= places:
             # the same as below where nothing is wrong, in a tenth of the time
             given: dict[str, Any] = {**dict(zip(plain, args, strict=False)), **kwargs}
@@ -246,17 +248,19 @@ def _is_looked_at(kind: Any) -> bool:
     return issubclass(kind, _Absent) or kind.__module__.startswith("lumped.")
 
 
-def _refuse_other_system(function: str, given: dict[str, Any]) -> None:
-    """Refuse an operating point of another system.
+def _refuse_other_system(function: str, given: dict[str, Any], points: list[str]) -> None:
+    """Refuse an operating point of another system, among the arguments that may be points.
 
     Raises
     ------
     OptionError
         If a point belongs to another system.
     """
-    for key, value in given.items():
+    for key in points:
+        value = given.get(key)
         if (
-            type(value).__name__ == "OperatingPoint"
+            value is not None
+            and type(value).__name__ == "OperatingPoint"
             and "system" in given
             and value.system.structure.flat is not given["system"].structure.flat
         ):

@@ -31,13 +31,13 @@ def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments
 
     @wraps(function)
     def call_once(owner: S, *arguments: *Arguments) -> T:
-        key = function, arguments
-        if key not in owner.made:
+        key, found = (function, arguments) if arguments else function, owner.made
+        if key not in found:
             with process_lock:
-                if key not in owner.made:
-                    owner.made[key] = function(owner, *arguments)
-        found: T = owner.made[key]
-        return found
+                if key not in found:
+                    found[key] = function(owner, *arguments)
+        made: T = found[key]
+        return made
 
     return call_once
 

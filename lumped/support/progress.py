@@ -27,20 +27,22 @@ class Progress:
         Name of the work.
     total : float
         Total amount of work.
+
+    Attributes
+    ----------
+    is_shown : bool
+        Whether there is ever a line.
     """
 
     def __init__(self, what: str, total: float) -> None:
         self._what, self._total = what, total
         self._begin = clock.monotonic()
-        self._outermost = not _open
-        self._next = float("inf")
-        if self._outermost and sys.stderr.isatty():
-            self._next = self._begin + _FIRST
-        self._shown = False
+        self.is_shown = sys.stderr.isatty() and not _open
+        self._next, self._shown = self._begin + _FIRST, False
 
     def at(self, done: float) -> None:
         """Show how much is done."""
-        if self._next == float("inf") or not done:
+        if not (self.is_shown and done):
             return
         now = clock.monotonic()
         if now < self._next:
@@ -52,13 +54,14 @@ class Progress:
         self._next, self._shown = now + _EVERY, True
 
     def __enter__(self) -> Progress:
-        if self._outermost:
+        if self.is_shown:
             _open.add(self)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Remove the line."""
-        _open.discard(self)
+        if self.is_shown:
+            _open.discard(self)
         if self._shown:
             sys.stderr.write("\r" + " " * 78 + "\r")
             sys.stderr.flush()

@@ -12,6 +12,7 @@ from lumped.compiler.condition import Condition
 from lumped.compiler.system import System
 from lumped.language.lowering import has_steps, is_even
 from lumped.numerics.interval_bounds import interval_bounds
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Recent, made_once
 
 
@@ -120,7 +121,7 @@ def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
 def _modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
     modes = np.zeros(system.structure.mode_count)
     for found, function in _levels(system):
-        both = np.asarray(function(time, modes, theta))
+        both = function(time, modes, theta)[0].reshape(2, -1).T
         near = both[:, 0] + both[:, 1] * max(1e-300, 1e-15 * abs(time))
         for clock, place, slope, later in zip(found, *both.T.tolist(), near, strict=True):
             number = clock.number(np.array([later]))
@@ -131,7 +132,7 @@ def _modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
 
 
 @made_once
-def _levels(system: System) -> list[tuple[list[Clock], ca.Function]]:
+def _levels(system: System) -> list[tuple[list[Clock], ArrayFunction]]:
     """Clocks of a system that need only those before them, with their arguments and slopes."""
     all_clocks, v, levels = clocks(system), system.structure.values, list[list[Clock]]()
     depth: list[int] = []
@@ -144,12 +145,13 @@ def _levels(system: System) -> list[tuple[list[Clock], ca.Function]]:
     made = []
     for level in levels:
         rows = [ca.horzcat(clock.condition.argument, clock.slope) for clock in level]
-        made.append((level, ca.Function("clocks", inputs, [ca.densify(ca.vertcat(*rows))])))
+        function = ca.Function("clocks", inputs, [ca.densify(ca.vertcat(*rows))])
+        made.append((level, ArrayFunction(function)))
     return made
 
 
 @made_once
-def plain_clocks(system: System) -> tuple[list[int], ca.Function]:
+def plain_clocks(system: System) -> tuple[list[int], ArrayFunction]:
     """Numbers of relations that are linear in the time and need no others; (time, parameters)."""
     both = {
         k: (clock.condition.argument, clock.slope)
@@ -159,7 +161,7 @@ def plain_clocks(system: System) -> tuple[list[int], ca.Function]:
     columns = zip(*both.values(), strict=True)
     outputs = [ca.densify(ca.vertcat(ca.SX(0, 1), *column)) for column in columns]
     inputs = [system.structure.values.time, system.inputs[1]]
-    return list(both), ca.Function("plain", inputs, outputs)
+    return list(both), ArrayFunction(ca.Function("plain", inputs, outputs))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from lumped.errors import SolverError
 from lumped.numerics.interval_bounds import INFINITE
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.clocks import Clock, clock_parameters, clocks, plain_clocks
+from lumped.timeloop.results.event import Event
 
 _MOST = 300_000
 """Parts of a run that are looked at together in the search for the changes of one condition."""
@@ -34,8 +35,8 @@ class Instants:
         Instants after the begin of the span, up to its end.
     edges : ndarray, shape (k + 2,)
         Begin of the span, the instants, and its end.
-    words : list of (str, str, str)
-        What changes at each: the components, and their pieces before and after in words; empty
+    events : tuple of Event
+        What changes at them: the components, and their pieces before and after in words; nothing
         where nobody needs to know.
     places : ndarray of int, shape (m,)
         Modes that depend on the time alone.
@@ -45,7 +46,7 @@ class Instants:
 
     times: np.ndarray
     edges: np.ndarray
-    words: list[tuple[str, str, str]]
+    events: tuple[Event, ...]
     places: np.ndarray
     modes: np.ndarray
 
@@ -68,10 +69,11 @@ def instants(
     """
     if not clocks(system):
         edges = np.array([begin, end], dtype=float)
-        return Instants(np.zeros(0), edges, [], np.zeros(0, dtype=int), np.zeros((1, 0)))
+        return Instants(np.zeros(0), edges, (), np.zeros(0, dtype=int), np.zeros((1, 0)))
     key = theta[clock_parameters(system)].tobytes(), begin, end, without
-    search = _InstantSearch(system, theta, begin, end, without)
-    return _latest(system).of(key, search.find)
+    return _latest(system).of(
+        key, lambda: _InstantSearch(system, theta, begin, end, without).find()
+    )
 
 
 @made_once
@@ -80,10 +82,10 @@ def _latest(system: System) -> Recent[Instants]:
     return Recent(1)
 
 
-def _together(changes: list[tuple[str, str, str]]) -> tuple[str, str, str]:
+def _together(time: float, changes: list[tuple[str, str, str]]) -> Event:
     """Components that change at one instant, each once, and their pieces before and after."""
     names, before, after = (", ".join({change[i]: None for change in changes}) for i in range(3))
-    return names, before, after
+    return Event(time, names, "time", before, after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,20 +149,16 @@ class _InstantSearch:
                 for k, (before, after) in zip(where.tolist(), pairs, strict=True):
                     words[k].append((name, before, after))
         places = [m for clock in self.clocks for m in clock.condition.modes]
-        return Instants(
-            times,
-            edges,
-            [_together(changes) for changes in words],
-            np.array(places, dtype=int),
-            np.hstack(columns),
-        )
+        events = map(_together, times.tolist(), words)
+        told = tuple(event for event in events if event.component)
+        return Instants(times, edges, told, np.array(places, dtype=int), np.hstack(columns))
 
     def _plain(self) -> dict[int, _Course]:
         """Courses of relations that are linear in the time and need no others, all at once."""
         which, function = plain_clocks(self.system)
         if not which:
             return {}
-        zero, slope = (np.asarray(v).ravel() for v in function(0.0, self.theta))
+        zero, slope = function(0.0, self.theta)
         found = {}
         for k, at_zero, rate in zip(which, zero.tolist(), slope.tolist(), strict=True):
             instant = -at_zero / rate if rate else np.inf

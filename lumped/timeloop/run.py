@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -16,8 +16,11 @@ from lumped.timeloop.results.event import Event
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder, scale
 from lumped.timeloop.results.statistics import Statistics, Used
-from lumped.timeloop.results.trajectory import Piece, Trajectory
+from lumped.timeloop.results.trajectory import Again, Piece, Read, Trajectory
 from lumped.timeloop.run_options import RunPlan
+
+_TIME = attrgetter("time")
+_NONE = np.zeros(0)
 
 
 class Simulation:
@@ -52,7 +55,7 @@ class Simulation:
         self.methods: list[Used] = []
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
-        self.atol = self.largest = np.zeros(0)
+        self.atol = self.largest = _NONE
         self.answers = Answers(point.program_inputs)
         hits = point.collisions
         self.events = [
@@ -62,37 +65,34 @@ class Simulation:
     def find_instants(self) -> np.ndarray:
         """Ends of the segments between instants of functions of time, s."""
         self.instants = instants(self.system, self.point.theta, self.begin, self.until)
-        times, words = self.instants.times.tolist(), self.instants.words
-        self.events += [
-            Event(t, name, "time", before, after)
-            for t, (name, before, after) in zip(times, words, strict=True)
-            if name
-        ]
+        self.events += self.instants.events
         return self.instants.edges
 
     def refuse_jump(self, t: float, x: np.ndarray, before: np.ndarray, after: np.ndarray) -> None:
         """Stop where a prescribed motion jumps that bodies would have to follow."""
         self.refuse(jump_fault(self.system, self.point.theta, t, x, before, after))
 
-    def trajectory(self) -> Trajectory:
-        """The run up to its end."""
-        return self._up_to(self.until)
+    def trajectory(self, read: Read | None = None, again: Again | None = None) -> Trajectory:
+        """The run up to its end, with what makes it again (see `Trajectory`)."""
+        return self._up_to(self.until, read, again)
 
     def partial(self) -> Trajectory:
         """What was computed so far; at least the start."""
         ends = [float(piece.t[-1]) for piece in self.output.pieces() if len(piece.t)]
         return self._up_to(ends[-1] if ends else self.begin)
 
-    def _up_to(self, end: float) -> Trajectory:
+    def _up_to(
+        self, end: float, read: Read | None = None, again: Again | None = None
+    ) -> Trajectory:
         pieces = self.output.pieces()
-        if not any(len(piece.t) for piece in pieces):
+        if not any(map(len, [piece.t for piece in pieces])):
             start = (np.array([self.begin]), self.point.x[None, :], self.point.settings[None, :])
             pieces = (Piece(self.point.system, *start),)
         return Trajectory(
             self.point.system,
             pieces,
             self.point.theta,
-            tuple(sorted(self._cut_events(end), key=lambda event: event.time)),
+            tuple(sorted(self._cut_events(end), key=_TIME)) if self.events else (),
             Statistics(
                 tuple(self.methods),
                 self.steps,
@@ -102,6 +102,8 @@ class Simulation:
                 self.seconds,
                 self._small(),
             ),
+            read=read,
+            again=again,
             program_inputs=self.answers.program_inputs,
         )
 
@@ -111,15 +113,17 @@ class Simulation:
             if event.time <= end:
                 yield event
             elif event.kind == "hold":
-                yield replace(event, time=end)
+                yield event._replace(time=end)
 
     def _small(self) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
         if not len(self.largest):
             return ()
         tolerated = self.largest * self.rtol
-        # a millionth of that is rounding of something that stands still
-        small = (tolerated < self.atol) & (tolerated > 1e-6 * self.atol)
+        small = tolerated < self.atol
+        if not small.any():
+            return ()
+        small &= tolerated > 1e-6 * self.atol  # less is rounding of something that stands still
         names = self.system.state_names
         return tuple(names[i] for i in np.flatnonzero(small).tolist())
 

@@ -182,12 +182,12 @@ class RunBySteps(Simulation):
         """Go to a point with the states of the present system."""
         self._kept, self._room, run = kept, kept.room, kept.run
         self._run, plant = run, self._executable.plant
-        self.atol = self._relative_atol * nominals(self.system)
+        self.atol = run.least_atol
         self.largest = self._sizes.get(self.system, np.zeros(0))
         self._executable.place(run, self.point.theta, x, settings)
         if plant.holds:
             engine.call("watch_constraints", run)
-        self._modes = settings[: len(settings) - plant.implicit].copy()
+        self._modes = settings[: len(settings) - plant.implicit]
 
     def _longest(self) -> float:
         """Step by which implicit quantities and margins are followed where there are no states."""
@@ -268,12 +268,12 @@ class RunBySteps(Simulation):
         out.turns = 0
         if changes:
             pairs = zip(room.changes[:changes].tolist(), room.when[:changes].tolist(), strict=True)
-            self.events += [self._event(*change) for change in pairs]
+            self.events += [self._event(*change, *when) for change, when in pairs]
             out.changes = 0
 
-    def _event(self, change: list[int], when: list[float]) -> Event:
-        kind, number, before, after = change
-        t, loss = when
+    def _event(
+        self, kind: int, number: int, before: int, after: int, t: float, loss: float
+    ) -> Event:
         s = self.system.switching
         if kind == 0:
             name, old = s.relation_text(number, before)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import time as clock
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -15,10 +15,10 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.language.lowering import has_steps
 from lumped.numerics.closed_form import ClosedForm
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Recent, made_once
 from lumped.support.text_table import list_names
 from lumped.timeloop.guards import finite_fault
-from lumped.timeloop.instants import instants
 from lumped.timeloop.levers import may_be_unfit
 from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.recorder import Recorder
@@ -27,47 +27,74 @@ from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_options import RunPlan
 
 _HIGHEST = 6
+_DENSE = 500
+"""States up to which the matrix is kept as an array."""
 _KEPT_PARTS = 64
 """Parts of runs whose coefficients are kept."""
 _KEPT_FORMS = 16
-_MOST_STATES = 200
-"""States up to which eigenvalues and eigenvectors cost less than the steps of a short run."""
-_MOST_INSTANTS = 300
-"""Instants of functions of time up to which parts in closed form cost less than steps."""
 
 
-@dataclass(frozen=True, eq=False)
-class LinearForm:
-    """A system that is linear in its states, with polynomials of time beside them.
+class Part(NamedTuple):
+    """Coefficients of ``der(x) = A x + g(t)`` in a part of a run.
 
     Attributes
     ----------
-    system : System
-        What has this form.
-    degree : int
-        Highest power of the time.
+    entries : ndarray
+        Nonzeros of A, in the order of the Jacobian.
+    terms : ndarray, shape (degree + 1, n)
+        Coefficients of the powers of the time since the begin of the part in g.
     """
 
-    system: System
-    degree: int
-    _taylor: ca.Function
-    _known: Recent[tuple[scipy.sparse.csc_array, np.ndarray]]
+    entries: np.ndarray
+    terms: np.ndarray
 
-    def at(
-        self, theta: np.ndarray, time: float, settings: np.ndarray
-    ) -> tuple[scipy.sparse.csc_array, np.ndarray]:
-        """A, shape (n, n), and the coefficients of ``(t - time)^k`` in g, shape (degree + 1, n)."""
+
+class LinearForm:
+    """A system that is linear in its states, with polynomials of time beside them.
+
+    Parameters
+    ----------
+    system : System
+        What has this form.
+    terms : list of SX
+        Derivatives of g by the time, from the zeroth on.
+    """
+
+    def __init__(self, system: System, terms: list[ca.SX]) -> None:
+        x, theta, t, settings = system.inputs
+        slopes = system.jacobian(ca.SX.zeros(x.numel()), theta, t, settings)[0]
+        self._cancelling, self._pattern = system.cancelling, slopes.sparsity()
+        self._places = tuple(np.array(v, dtype=int) for v in self._pattern.get_triplet())
+        self._factorials = np.array([[math.factorial(k)] for k in range(len(terms))], dtype=float)
+        columns = ca.densify(ca.horzcat(*terms))
+        entries = ca.vertcat(ca.SX(0, 1), ca.SX(slopes.nz[:]))
+        function = ca.Function("part", [theta, t, settings], [ca.densify(entries), columns])
+        self._coefficients = ArrayFunction(function)
+        self._known: Recent[Part] = Recent(_KEPT_PARTS)
+        self._solved: Recent[ClosedForm] = Recent(_KEPT_FORMS)
+
+    def at(self, theta: np.ndarray, time: float, settings: np.ndarray) -> Part:
+        """The coefficients from a time on."""
         key = (theta.tobytes(), time, settings.tobytes())
         return self._known.of(key, lambda: self._at(theta, time, settings))
 
-    def _at(
-        self, theta: np.ndarray, time: float, settings: np.ndarray
-    ) -> tuple[scipy.sparse.csc_array, np.ndarray]:
-        none = np.zeros(len(self.system.structure.states))
-        matrix = self.system.state_matrix((none, theta, time, settings))
-        found = np.asarray(self._taylor(theta, time, settings)).T
-        factorials = np.array([math.factorial(k) for k in range(self.degree + 1)])
-        return matrix, found / factorials[:, None]
+    def _at(self, theta: np.ndarray, time: float, settings: np.ndarray) -> Part:
+        entries, terms = self._coefficients(theta, time, settings)
+        entries[self._cancelling] = 0.0
+        return Part(entries, terms.reshape(len(self._factorials), -1) / self._factorials)
+
+    def solve(self, entries: np.ndarray) -> ClosedForm:
+        """The closed form for a matrix, given by its nonzeros."""
+        return self._solved.of(entries.tobytes(), lambda: ClosedForm(self.matrix(entries)))
+
+    def matrix(self, entries: np.ndarray) -> np.ndarray | scipy.sparse.csc_array:
+        """The matrix with these nonzeros, sparse if it is large."""
+        shape = self._pattern.shape
+        if shape[0] > _DENSE:
+            return scipy.sparse.csc_array((entries, self._places), shape)
+        found = np.zeros(shape)
+        found[self._places] = entries
+        return found
 
 
 def linear_form(system: System) -> LinearForm:
@@ -82,6 +109,11 @@ def linear_form(system: System) -> LinearForm:
     if isinstance(found, OptionError):
         raise OptionError(str(found))
     return found
+
+
+def has_linear_form(system: System) -> bool:
+    """Whether a system has a linear form."""
+    return isinstance(_form_or_refusal(system), LinearForm)
 
 
 @made_once
@@ -100,7 +132,7 @@ def _make(system: System) -> LinearForm:
         raise _refusal(system, f"{list_names(names)} follow from equations that are not linear")
     if may_be_unfit(system):
         raise _refusal(system, "what its states lead is not linear in them")
-    x, theta, t, settings = system.inputs
+    x, _, t, _ = system.inputs
     rates = system.rates
     if has_steps(rates, ca.vertcat(x, t)):
         raise _refusal(system, "kinks stand in `smooth` or in a spline of a state")
@@ -125,9 +157,7 @@ def _make(system: System) -> LinearForm:
                 f"one of a degree above {_HIGHEST}",
             )
         terms.append(ca.densify(ca.jacobian(terms[-1], t)))
-    columns = ca.densify(ca.horzcat(*terms))
-    taylor = ca.Function("taylor", [theta, t, settings], [columns])
-    return LinearForm(system, len(terms) - 1, taylor, Recent(_KEPT_PARTS))
+    return LinearForm(system, terms)
 
 
 def _switching(system: System) -> list[str]:
@@ -177,11 +207,12 @@ class RunInClosedForm(Simulation):
 
     def _through(self, begin: float, end: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
         """States at the end of a part."""
-        matrix, terms = self._form.at(self.point.theta, begin, modes)
-        self.refuse(finite_fault(self.system, begin, x, matrix @ x + terms[0]))
-        if not (np.isfinite(matrix.data).all() and np.isfinite(terms).all()):
+        entries, terms = self._form.at(self.point.theta, begin, modes)
+        if not (np.isfinite(entries).all() and np.isfinite(terms).all()):
+            rates = self._form.matrix(entries) @ x + terms[0]
+            self.refuse(finite_fault(self.system, begin, x, rates))
             self.refuse(f"a coefficient is not finite at t = {begin:g} s")
-        solution = find_closed_form(self.system, matrix)
+        solution = self._form.solve(entries)
         rounding = solution.rounding(end - begin)
         if rounding > self.rtol:
             self.refuse(
@@ -205,38 +236,3 @@ class RunInClosedForm(Simulation):
         self.evaluations += 1
         last: np.ndarray = found[-1]
         return last
-
-
-def find_closed_form(system: System, matrix: scipy.sparse.csc_array) -> ClosedForm:
-    """Closed form for a matrix."""
-    key = (matrix.indices.tobytes(), matrix.data.tobytes())
-    return _closed_forms(system).of(key, lambda: ClosedForm(matrix))
-
-
-@made_once
-def _closed_forms(_: System) -> Recent[ClosedForm]:
-    return Recent(_KEPT_FORMS)
-
-
-def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
-    """Whether there is a closed form, with few states and rounding below the tolerance."""
-    system, theta = point.system, point.theta
-    if not 0 < len(system.state_names) <= _MOST_STATES:
-        return False
-    try:
-        form = linear_form(system)
-    except OptionError:
-        return False
-    found = instants(system, theta, point.time, until)
-    if len(found.times) > _MOST_INSTANTS:
-        return False
-    edges = [point.time, *found.times.tolist(), until]
-    modes = np.zeros(system.structure.mode_count)
-    for (begin, end), now in zip(itertools.pairwise(edges), found.modes, strict=True):
-        modes[found.places] = now
-        matrix, _ = form.at(theta, begin, modes)
-        if not np.isfinite(matrix.data).all():
-            return False
-        if find_closed_form(system, matrix).rounding(end - begin) > rtol:
-            return False
-    return True

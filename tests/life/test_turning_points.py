@@ -98,8 +98,8 @@ def test_slips_are_named(swinging):
         turning_points(run, "spring.ta")
 
 
-@pytest.mark.parametrize("grid", [None, 50])
-def test_rounding_does_not_turn(grid):
+@pytest.mark.parametrize("options", [{"grid": None}, {"grid": 50, "method": "exact"}])
+def test_rounding_does_not_turn(options):
     """Two springs that swing alike, by other numbers: their difference is rounding."""
     model = in_rows(
         "ground soft light",
@@ -110,7 +110,7 @@ def test_rounding_does_not_turn(grid):
         stiff=Spring(c=300.0, phi_rel=0.5),
         heavy=Inertia(J=3.0),
     )
-    run = lp.simulate(lp.assemble(model), until=10.0, grid=grid)
+    run = lp.simulate(lp.assemble(model), until=10.0, **options)
     found = turning_points(run, model.soft.phi_rel - model.stiff.phi_rel)
     assert len(found) == 2
     assert np.abs(found).max() < 1e-9

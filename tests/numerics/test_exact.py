@@ -183,13 +183,17 @@ def test_rounding_that_spoils_the_result_is_an_error():
         lp.simulate(system, until=1e9, start={"disc.w": 1.0}, method="exact", grid=[1e9])
 
 
+LONG = {"until": 10.0}
+
+
 @pytest.mark.parametrize(
     ("changes", "options", "method"),
     [
-        ({}, {}, "exact"),
-        ({}, {"grid": None}, "explicit"),
-        ({}, {"method": "steps"}, "explicit"),
-        ({}, {"rtol": 1e-14}, "explicit"),  # rounding is no better
+        ({}, {}, "explicit"),
+        ({}, LONG, "exact"),
+        ({}, {**LONG, "grid": None}, "explicit"),
+        ({}, {**LONG, "method": "steps"}, "explicit"),
+        ({}, {**LONG, "rtol": 1e-14}, "explicit"),  # rounding is no better
         ({"drive.tau": sin(lp.time)}, {}, "explicit"),
         (
             {"bar": SpringDamper(c=1e4, d=1e6), "drive.tau": sin(lp.time)},
@@ -201,7 +205,19 @@ def test_rounding_that_spoils_the_result_is_an_error():
 )
 def test_auto_takes_what_pays_and_says_so(changes, options, method):
     system = lp.assemble(PENDULUM.with_(changes))
-    run = lp.simulate(system, until=0.2, start={"disc.w": 1.0}, **options)
+    run = lp.simulate(system, **{"until": 0.2, "start": {"disc.w": 1.0}, **options})
     assert run.statistics.method == method
     assert f"{method}, {run.steps} steps" in repr(run)
     assert (run.statistics.why in repr(run)) == (method in ("exact", "explicit then implicit"))
+
+
+def test_the_choice_depends_on_the_drive_and_not_on_runs_before():
+    """The stiffer bar turns through a hundred times more radians."""
+    system, start = lp.assemble(PENDULUM), {"disc.w": 1.0}
+    told = []
+    for c in (3.1e4, 3.1e8, 3.1e4, 3.1e8):
+        run = lp.simulate(system, until=0.2, start=start, parameters={"bar.c": c}, rtol=1e-7)
+        w = np.sqrt(c)
+        assert apart(run["bar.phi_rel"], np.sin(w * run.t) / w) < 2e-5 / w
+        told.append(run.statistics.method)
+    assert told == ["explicit", "exact"] * 2

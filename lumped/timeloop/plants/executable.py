@@ -42,6 +42,8 @@ _LARGE = 30_000
 operations of the rates: a table of it grows faster."""
 _KEPT_ROOM = 1_000_000
 """Numbers of output whose room is kept for the next run."""
+_KEPT_RUNS = 3
+"""Runs of a thread that are over and kept for others with the same options."""
 _HALF_SECOND = 100_000_000
 """Operations in about half a second, interpreted."""
 
@@ -125,11 +127,18 @@ class Executable:
             code = load_functions(group)
             if code is not None:
                 self._take(code, group)
+        self._note_waiting()
 
     def _take(self, code: Code, names: Iterable[str]) -> None:
         self._kept.append(code)
         for name in names:
             getattr(self.plant, name).address = code.address(name)
+        self._note_waiting()
+
+    def _note_waiting(self) -> None:
+        """Note how many operations the next group has that may be compiled."""
+        groups = self._interpreted_groups()[:1]
+        self._waiting = sum(len(part.table) for group in groups for part in group.values())
 
     def _interpreted_groups(self) -> list[dict[str, Operations]]:
         """Functions without machine code: those that each stage of a step needs, then others."""
@@ -176,8 +185,8 @@ class Executable:
             return
         self._interpreted += run.interpreted
         run.interpreted = 0
-        for group in self._interpreted_groups()[:1]:
-            if self._interpreted > WORTH * sum(len(part.table) for part in group.values()):
+        if self._interpreted > WORTH * self._waiting:
+            for group in self._interpreted_groups()[:1]:
                 self._take(compile_functions(group), group)
                 self._interpreted = 0
 
@@ -205,10 +214,10 @@ class Executable:
         return run
 
     def blank_run(self, integrands: int = 0) -> Run:
-        """A run without options, at no point yet; that of one that is over if there is any."""
+        """A run without options, at no point yet; that of one that is over if there are enough."""
         over = self._over
-        if over and not integrands:
-            run, self._own.room = over.pop().begin_again()
+        if len(over) >= _KEPT_RUNS and not integrands:
+            run, self._own.room = over.pop(0).begin_again()
             return run
         work = max(operations.work for operations in self._operations.values())
         sizes = {**self.sizes, "work": work, "integrands": integrands}
@@ -237,13 +246,14 @@ class Executable:
         return over
 
     def reuse_run(self, options: object) -> KeptRun | None:
-        """A run that is over, at its begin again, if the last one had these options."""
+        """A run that is over, at its begin again, if one had these options."""
         over = self._over
-        if not over or over[-1].options != options:
-            return None
-        kept = over.pop()
-        kept.begin()
-        return kept
+        for place in range(len(over) - 1, -1, -1):
+            if over[place].options == options:
+                kept = over.pop(place)
+                kept.begin()
+                return kept
+        return None
 
     def take_back(self, kept: KeptRun) -> None:
         """Let another run of this thread have the records of one that is over, and its matrix."""

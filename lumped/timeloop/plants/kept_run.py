@@ -105,6 +105,7 @@ class KeptRun:
         run.memory[:] = self._memory_at_begin
         if had_matrix and not run.has_matrix:
             run.matrix, run.work, run.has_matrix = run.matrix, run.work, 1
+            self._memory_at_begin[:] = run.memory
         self.room.output.grid_next = 0
 
     def begin_again(self) -> tuple[Run, OutputRoom]:

@@ -157,7 +157,7 @@ def _from_npz(held: bytes) -> Read:
 
 
 def _rows(events: Iterable[Event]) -> list[list[float | str]]:
-    return [[*vars(event).values()] for event in events]
+    return [[*event] for event in events]
 
 
 def _events(rows: list[list[Any]]) -> tuple[Event, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from lumped.timeloop.results.trajectory import Piece
 
 _MOST = 100_000_000
 """Output intervals that any use has."""
+_KEPT = 10_000
+"""Output intervals up to which equal output times are kept for the next run."""
 _ROUNDING = 1e-14
 """What times may differ by that are meant to be the same, relative to them."""
 _Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -35,22 +38,23 @@ def output_times(
     """
     if grid is None:
         return None
-    if isinstance(grid, int | np.integer) and not isinstance(grid, bool):
+    if isinstance(grid, (int, np.integer)) and not isinstance(grid, bool):
         if not 1 <= grid <= _MOST:
             raise OptionError(
                 f"grid = {grid}: the number of output intervals must lie between 1 and {_MOST}."
             )
-        return np.linspace(begin, until, int(grid) + 1)
+        make = _space_evenly if grid <= _KEPT else _space_evenly.__wrapped__
+        return make(begin, until, int(grid))
     times = _numbers(grid)
     count = len(times) if times.ndim == 1 else 0
-    if not count or np.count_nonzero(times[1:] >= times[:-1]) < count - 1:
+    if not count or (count > 1 and not (times[1:] >= times[:-1]).all()):
         raise OptionError(
             f"grid = {grid!r:.60}: give a number of output intervals, or a list of output times "
             "that does not decrease, or None for the steps of the solver."
         )
     first, last = float(times[0]), float(times[-1])
     if begin <= first and last <= until:
-        return times.copy()
+        return times
     near = _ROUNDING * max(abs(begin), abs(until))
     if not (first >= begin - near and last <= until + near):
         raise OptionError(
@@ -62,10 +66,17 @@ def output_times(
     return inside
 
 
+@lru_cache(8)
+def _space_evenly(begin: float, until: float, intervals: int) -> np.ndarray:
+    times = np.linspace(begin, until, intervals + 1)
+    times.setflags(write=False)
+    return times
+
+
 def _numbers(grid: object) -> np.ndarray:
-    """Output times in s as an array; not yet checked."""
+    """Output times in s as an array of its own; not yet checked."""
     try:
-        return np.asarray(grid, dtype=float)
+        return np.array(grid, dtype=float)
     except (TypeError, ValueError):
         listed = grid if isinstance(grid, Iterable) else [grid]
         return np.array([read_time(time, "grid: time") for time in listed])
@@ -112,6 +123,11 @@ class Recorder:
         """Whether output times were given."""
         return self.times is not None
 
+    @property
+    def size(self) -> int:
+        """Number of output times that were given."""
+        return 0 if self.times is None else len(self.times)
+
     def open(self, system: System) -> None:
         """Begin a new piece."""
         self._parts.append((system, []))
@@ -119,7 +135,7 @@ class Recorder:
     def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
         """Points of the present piece: times (k,), states (k, n), settings (k, m)."""
         self._parts[-1][1].append((t, x, settings))
-        if len(t):
+        if self.progress.is_shown and len(t):
             self.progress.at(float(t[-1]) - self._begin)
 
     def edge(self, t: float, x: np.ndarray, settings: np.ndarray) -> None:
@@ -149,13 +165,18 @@ class Recorder:
 
     def pieces(self) -> tuple[Piece, ...]:
         """What was recorded so far."""
-        return tuple([Piece(system, *_join_rows(system, rows)) for system, rows in self._parts])
+        return tuple(
+            [
+                Piece(system, *_join_rows(rows)) if rows else _nothing(system)
+                for system, rows in self._parts
+            ]
+        )
 
 
 @made_once
-def _nothing(system: System) -> _Rows:
+def _nothing(system: System) -> Piece:
     n, m = len(system.state_names), system.inputs[3].numel()
-    return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
+    return Piece(system, np.zeros(0), np.zeros((0, n)), np.zeros((0, m)))
 
 
 class SparingRecorder(Recorder):
@@ -216,7 +237,7 @@ class SparingRecorder(Recorder):
                 if rows:
                     places = np.concatenate(self._places[number])
                     kept = _mark_multiples(places, self._stride)
-                    whole = tuple(v[kept] for v in _join_rows(system, rows))
+                    whole = tuple(v[kept] for v in _join_rows(rows))
                     self._parts[number] = system, [whole]
                     self._places[number] = [places[kept]]
                     self._size += whole[1].nbytes + whole[2].nbytes
@@ -238,11 +259,9 @@ def _mark_multiples(places: np.ndarray, stride: int) -> np.ndarray:
     return kept
 
 
-def _join_rows(system: System, rows: list[_Rows]) -> _Rows:
+def _join_rows(rows: list[_Rows]) -> _Rows:
     """Points of a piece in one."""
     if len(rows) == 1:
         return rows[0]
-    if not rows:
-        return _nothing(system)
     t, x, settings = (np.concatenate(columns) for columns in zip(*rows, strict=True))
     return t, x, settings

@@ -36,6 +36,9 @@ from lumped.timeloop.results.operating_point import (
 from lumped.timeloop.results.result_files import Saved, draw_curves, list_computable, state_names
 from lumped.timeloop.results.statistics import Statistics
 
+Read = Callable[[Sequence[Functional]], np.ndarray]
+Again = Callable[[np.ndarray], "Trajectory"]
+
 
 @dataclass(frozen=True, eq=False)
 class Piece:
@@ -99,8 +102,8 @@ class Trajectory(Named):
     events: tuple[Event, ...]
     statistics: Statistics
     certificate: Any = None
-    read: Callable[[Sequence[Functional]], np.ndarray] | None = None
-    again: Callable[[np.ndarray], Trajectory] | None = None
+    read: Read | None = None
+    again: Again | None = None
     program_inputs: ProgramInputs = field(default_factory=dict)
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
