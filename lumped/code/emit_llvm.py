@@ -10,6 +10,7 @@ the first half of the columns is given.
 from __future__ import annotations
 
 import ast
+import sys
 from typing import Any
 
 import casadi as ca
@@ -29,7 +30,7 @@ from lumped.code.operations import (
     split_in_parts,
 )
 
-_CHUNK = 4000
+_CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
 
 _MOST_ON_STACK = 4096
@@ -52,6 +53,8 @@ def assembly(
     lanes: int = 1,
     columns_from: int | None = None,
     halved_from: int = 0,
+    *,
+    in_one: bool = False,
 ) -> str:
     """LLVM assembly of a function.
 
@@ -61,6 +64,8 @@ def assembly(
         The first of the states that have several columns, as many as lanes.
     halved_from : int
         The first of the results of which half of the columns is given.
+    in_one : bool
+        Whether it is one piece however long it is: slower to compile, faster to run.
 
     Raises
     ------
@@ -73,7 +78,7 @@ def assembly(
     time = "double" if lanes == 1 or columns_from is not None else "ptr"
     given = ARGUMENTS.format(time)
     wide: set[int] = set()
-    for k, (part, after) in enumerate(split_in_parts(rows, _CHUNK)):
+    for k, (part, after) in enumerate(split_in_parts(rows, sys.maxsize if in_one else _CHUNK)):
         body = Body(constants, needed, lanes)
         if columns_from is not None:
             body = _ColumnBody(constants, needed, lanes, columns_from, halved_from, wide)

@@ -67,7 +67,7 @@ def load_functions(functions: Mapping[str, Operations]) -> Code | None:
 def compile_written(key: str, write: Callable[[], Operations], lanes: int) -> Code:
     """Machine code of a function named ``step`` that is written when it is needed."""
     source = _source(f"step {lanes}", key)
-    return _compile(source, "", lanes, lambda: assembly(write(), "step", lanes))
+    return _compile(source, "", lanes, lambda: assembly(write(), "step", lanes, in_one=True))
 
 
 def load_written(key: str, lanes: int) -> Code | None:
