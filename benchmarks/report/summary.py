@@ -66,6 +66,8 @@ def summary() -> list[tuple[str, str, str]]:
         fill_in("{over the fastest}", "default_call", problem=name)
         for name in ("two masses, 1 s", THREE)
     )
+    changing = sorted((row["ratio"] for row in rows("default_call_changing")), key=float)
+    least, most = changing[0], changing[-1]
     ratios = {row["what"]: row["over heyoka"] for row in rows("series")}
     a_run = fill_in(
         "a run takes {lanes over C} times as long as in scalar C, {lanes over fastest C} times as "
@@ -91,17 +93,27 @@ def summary() -> list[tuple[str, str, str]]:
         (
             "method chosen by itself: time over that of the fastest method at the same accuracy",
             "default_call",
-            f"two masses {two}, three masses {three}",
+            f"two masses {two}, three masses {three}; ten drives with a parameter that changes from "
+            f"call to call: {least} to {most}",
         ),
         (
             "first result of a new process, three masses",
             "first_result",
             fill_in(
-                "{all, s} s, {over SciPy} times SciPy's; with nothing cached ",
+                "{all, s} s, {over SciPy} times SciPy's; installed, with nothing cached ",
                 "first_result",
                 **{"new process": "lumped, cached"},
             )
-            + fill_in("{all, s} s", "first_result", **{"new process": "lumped, nothing cached"}),
+            + fill_in(
+                "{all, s} s, ",
+                "first_result",
+                **{"new process": "lumped from a wheel, nothing cached"},
+            )
+            + fill_in(
+                "from a checkout {all, s} s",
+                "first_result",
+                **{"new process": "lumped, nothing cached"},
+            ),
         ),
         (
             "stiff chains of 300 and 1 000 inertias: time over that of CVODE's BDF, banded",
@@ -168,6 +180,11 @@ def summary() -> list[tuple[str, str, str]]:
             "100 000 variants: time of the processor one by one over that of a scatter",
             "scatter",
             "; ".join("{what} {ratio}".format_map(row) for row in rows("scatter")),
+        ),
+        (
+            "share of the processor's time in compiled code",
+            "scatter",
+            "; ".join("{what} {share}".format_map(row) for row in rows("scatter_share")),
         ),
         *(
             (
