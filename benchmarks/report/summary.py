@@ -93,8 +93,8 @@ def summary() -> list[tuple[str, str, str]]:
         (
             "method chosen by itself: time over that of the fastest method at the same accuracy",
             "default_call",
-            f"two masses {two}, three masses {three}; ten drives with a parameter that changes from "
-            f"call to call: {least} to {most}",
+            f"two masses {two}, three masses {three}; ten drives with a parameter that changes at "
+            f"each call {least} to {most}",
         ),
         (
             "first result of a new process, three masses",
