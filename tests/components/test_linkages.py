@@ -81,7 +81,9 @@ class TestSlider:
 
     def test_rod_shorter_than_the_crank_stops_the_run_where_it_no_longer_reaches(self):
         system = slider(Torque(tau=1.0))
-        with pytest.raises(SolverError, match=r"shrank to nothing .*body.phi = 1\.57"):
+        with pytest.raises(
+            SolverError, match=r"(shrank to nothing|not a finite number) .*body.phi = 1\.57"
+        ):
             lp.simulate(system, until=10.0, parameters={"rod.length": 0.2})
 
 

@@ -145,7 +145,6 @@ def parts_of(system: System, leverage: float = FAIR_LEVERAGE) -> Parts:
         names, following = followers(system)
         functions |= {"following": following} if names else {}
     operations, states = operations_of_each(functions), len(system.state_names)
-    operations["rates"] = multiply_by_inverses(operations["rates"])
     if margins:
         floors = first_results(operations["margin"], margins)
         operations["margin_floor"] = bounds_of(floors, states, upper=False)
@@ -199,8 +198,11 @@ def slopes_along(system: System) -> Operations:
 
 
 def operations_of_each(functions: Mapping[str, ca.Function]) -> dict[str, Operations]:
-    """Operations of CasADi functions."""
-    return {name: operations_of(function) for name, function in functions.items()}
+    """Operations of CasADi functions; rates multiply by inverses, wherever they are made again."""
+    found = {name: operations_of(function) for name, function in functions.items()}
+    if "rates" in found:
+        found["rates"] = multiply_by_inverses(found["rates"])
+    return found
 
 
 def plant_sizes(sizes: dict[str, int]) -> dict[str, Any]:

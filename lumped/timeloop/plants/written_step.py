@@ -50,7 +50,7 @@ class WrittenStep:
         self._attempts = 0
         self._write: Callable[[], Operations] | None = None
         self._lanes = lanes
-        if rates is None or _count(rates, states, integrand) > _MOST_OPERATIONS:
+        if rates is None or not 0 < _count(rates, states, integrand) <= _MOST_OPERATIONS:
             return
         self._write = partial(write_step, rates, states, integrand)
         self._key = f"{states} {rates.key.hex()} {integrand and integrand.key.hex()}"
@@ -75,8 +75,10 @@ class WrittenStep:
 
 
 def _count(rates: Operations, states: int, integrand: Operations | None) -> int:
-    """About so many operations."""
+    """About so many operations; none without states."""
     looks = 0 if integrand is None else len(dop853.LOOKED) * len(integrand.table)
+    if not states:
+        return 0
     return len(dop853.STAGES) * len(rates.table) + looks + 150 * states
 
 
