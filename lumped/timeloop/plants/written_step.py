@@ -59,7 +59,8 @@ class WrittenStep:
     def _take(self, code: Code | None) -> None:
         if code is not None:
             self._code = code
-            self.function.address = self.function.wide_address = code.address("step")
+            self.function.wide_address = code.address("step")
+            self.function.address = self.function.wide_address  # last: runs ask for it meanwhile
 
     def compile(self) -> None:
         """Make machine code of it now, unless it is too long."""
