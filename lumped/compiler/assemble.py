@@ -20,19 +20,13 @@ from lumped.support.process_lock import process_lock
 
 @contextmanager
 def _pause_collector() -> Iterator[None]:
-    """No garbage collection while many small objects are made that all stay: halves the time.
-
-    They are old at once, so that the next collection of young objects does not look at them.
-    """
+    """No garbage collection while many small objects are made that all stay: halves the time."""
     running = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if running:
-            if not gc.get_freeze_count():
-                gc.freeze()
-                gc.unfreeze()
             gc.enable()
 
 
