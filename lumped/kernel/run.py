@@ -131,6 +131,10 @@ class RunOutput(Record):
     is_short: int
 
 
+LENGTH, END, TOLERANCE, ERROR, STIFFNESS, ANGLE = range(6)
+"""Numbers of an attempt of a step: what it takes and gives, and the largest angle of its sines."""
+
+
 class Samples(Record):
     """Points one after the other, with the results of a function at each of them."""
 
@@ -239,8 +243,7 @@ class Run(Record):
     changed: Annotated[Numbers, str(STORM_SIZE)]
 
     # the present step; whether an attempt may be written out (see `timeloop.plants.written_step`),
-    # as a function that takes these fields from the states on, and writes those from the stages on;
-    # numbers of the attempt: length, end, tolerance; error, stiffness, largest angle
+    # as a function that takes these fields from the states on, and writes those from the stages on
     t_new: float
     is_written: int
     written: Function

@@ -16,7 +16,7 @@ from rows import assemble_rows
 
 import lumped as lp
 from lumped.components import Brake, Inertia, Torque
-from lumped.kernel.run import DONE
+from lumped.kernel.run import DONE, NO_START
 from lumped.many_runs.native_runs import NativeRuns
 from lumped.ops import sin
 
@@ -57,3 +57,16 @@ def test_each_has_the_values_and_events_of_its_single_run(rocker, points):
     )
     assert_events_are_those(found, runs)
     assert sum(len(run.events) for run in runs) > 9
+
+
+def test_runs_without_a_start_take_no_steps(rocker, points):
+    """A crank longer than all else does not close the linkage."""
+    some = points[:9].copy()
+    some[[2, 3, 7], 2] = 9.0
+    of = all_functionals(rocker, UNTIL)
+    found = ran(rocker, NAMES, some, of, UNTIL, NativeRuns)
+    assert_same_bits(found, ran(rocker, NAMES, some, of, UNTIL, Alone))
+    fails = found.status == NO_START
+    assert np.flatnonzero(fails).tolist() == [2, 3, 7]
+    assert (found.steps[fails] == 0).all()
+    assert (found.steps[~fails] > 0).all()

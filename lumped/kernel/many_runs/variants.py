@@ -158,6 +158,7 @@ def _begin_variant(variants: Variants) -> int:
     if variants.start_width > 0:
         found = variants.starts[variants.number * variants.start_width :]
         if found[0] < 0.0:
+            run.steps = run.rejected = 0
             return NO_START
         variants.begins = int(found[0])
         copy_numbers(plant.states, found[1:], variants.x_first)

@@ -16,7 +16,7 @@ from lumped.code.trigonometry import FARTHEST
 from lumped.code.words import Numbers, any_lane, fmax, kernel, make_kernel, sqrt
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods.rates import end_step, find_rates
-from lumped.kernel.run import Run
+from lumped.kernel.run import ANGLE, END, ERROR, LENGTH, STIFFNESS, TOLERANCE, Run
 from lumped.numerics import dop853 as tableau
 
 
@@ -247,8 +247,8 @@ def attempt(run: Run, h: float) -> None:
     e3, steepness = _add_squares(n, parts[2 * n :]), _add_squares(n, parts[3 * n :])
     # the ratio is 0/0 only where both estimates vanish
     size = fmax((e5 + 0.01 * e3) * n, 1e-300)
-    found[3] = fmax(h * e5 / sqrt(size), _DOUBT * h * sqrt(e6 / n))
-    found[4] = h * sqrt(steepness) / fmax(sqrt(_add_squares(n, parts[4 * n :])), 1e-300)
+    found[ERROR] = fmax(h * e5 / sqrt(size), _DOUBT * h * sqrt(e6 / n))
+    found[STIFFNESS] = h * sqrt(steepness) / fmax(sqrt(_add_squares(n, parts[4 * n :])), 1e-300)
 
 
 @kernel
@@ -258,15 +258,15 @@ def step(run: Run, h: float) -> float:
     The attempt of a small system is written out, unless angles are too far for its sines.
     """
     found = run.attempt
-    found[5] = math.inf
+    found[ANGLE] = math.inf
     if run.is_written and run.written.address != 0 and not run.shares:
-        found[0], found[1], found[2] = h, run.t_new, run.rtol
+        found[LENGTH], found[END], found[TOLERANCE] = h, run.t_new, run.rtol
         evaluate(run.written, run, run.x, run.t, run.m, run.stages)
         run.evaluations += 12
-    if any_lane(not found[5] <= FARTHEST):
+    if any_lane(not found[ANGLE] <= FARTHEST):
         attempt(run, h)
-    run.stiffness = found[4]
-    return found[3]
+    run.stiffness = found[STIFFNESS]
+    return found[ERROR]
 
 
 @kernel

@@ -14,6 +14,7 @@ from lumped.code.writing_out import Place, Value, Writer
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.methods import dop853
 from lumped.kernel.plant import Function
+from lumped.kernel.run import ANGLE, END, LENGTH, TOLERANCE
 from lumped.support.process_lock import process_lock
 
 _MOST_OPERATIONS = 6000
@@ -77,9 +78,9 @@ class WrittenStep:
 
 def _count(rates: Operations, states: int, integrand: Operations | None) -> int:
     """About so many operations; none without states."""
-    looks = 0 if integrand is None else len(dop853.LOOKED) * len(integrand.table)
     if not states:
         return 0
+    looks = 0 if integrand is None else len(dop853.LOOKED) * len(integrand.table)
     return len(dop853.STAGES) * len(rates.table) + looks + 150 * states
 
 
@@ -116,8 +117,8 @@ def write_step(rates: Operations, states: int, integrand: Operations | None) -> 
         watch=SimpleNamespace(integrands=integrands, integrand=integrand),
     )
     given = dict(found.held)
-    run.t_new, run.rtol = found[18 * n + 1], found[18 * n + 2]
-    writer.written(dop853.attempt)(run, found[18 * n])
-    found[18 * n + 5] = writer.farthest
+    run.t_new, run.rtol = run.attempt[END], run.attempt[TOLERANCE]
+    writer.written(dop853.attempt)(run, run.attempt[LENGTH])
+    run.attempt[ANGLE] = writer.farthest
     results = {k: value for k, value in found.held.items() if value is not given.get(k)}
     return writer.operations(results)
