@@ -51,6 +51,7 @@ from lumped.vibration.responses.response_sensitivity import (
 from lumped.vibration.responses.response_sensitivity import (
     response_sensitivity as response_sensitivity,
 )
+from lumped.vibration.rules.engine_rule import EngineShaft as EngineShaft
 from lumped.vibration.rules.limits import Limit as Limit
 from lumped.vibration.rules.limits import torque_reversal as torque_reversal
 from lumped.vibration.rules.marine_rule import MarineShaft as MarineShaft
