@@ -54,14 +54,7 @@ def separation(
         First and last speed of operation, rad/s.
     margin : float, callable or {"API 617", "KR propulsion", "KR generating set"}
         Least distance of a critical speed from these, as a share of the nearest of them: a number,
-        a function of the order, or the name of a rule:
-
-        * "API 617": 10 % from all that excites in operation (told by Q. Wang, T. Feese and
-          B. Pettinato, 41st Turbomachinery Symposium, 2012).
-        * "KR propulsion" and "KR generating set": no major critical speed from 80 % or 90 % to
-          110 % of the rated speed, which both ends of `between` are (Korean Register, Rules for the
-          Classification of Steel Ships, 2025, Pt 5 Ch 4, 204). Major are, for n cylinders in line
-          and the mode with one node, the orders n and n/2 of four strokes and n of two.
+        a function of the order, or the name of a rule.
     source : str
         Where a margin of your own stands.
     frequencies : iterable of float or mapping of str to float
@@ -78,6 +71,16 @@ def separation(
     ------
     OptionError
         If the range or the margin makes no sense, or a diagram does not reach as far as both.
+
+    Notes
+    -----
+    "API 617" asks for 10 % from all that excites in operation (told by Q. Wang, T. Feese and
+    B. Pettinato, 41st Turbomachinery Symposium, 2012).
+
+    "KR propulsion" and "KR generating set" ask that no major critical speed lies from 80 % or 90 %
+    to 110 % of the rated speed, which both ends of `between` are (Korean Register, Rules for the
+    Classification of Steel Ships, 2025, Pt 5 Ch 4, 204). Major are, for n cylinders in line and the
+    mode with one node, the orders n and n/2 of four strokes and n of two.
     """
     low, high = between
     if not 0 < low <= high < np.inf:
