@@ -27,7 +27,8 @@ from lumped.vibration.natural.modes import Modes
 from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rules.limits import Limit
 from lumped.vibration.rules.measures import show_peaks
-from lumped.vibration.rules.verdict import Verdict, separation, verdict
+from lumped.vibration.rules.separation import separation
+from lumped.vibration.rules.verdict import Verdict, verdict
 from lumped.vibration.speeds.campbell import Campbell, CriticalSpeed
 from lumped.vibration.speeds.mean_campbell import mean_campbell, modes_at
 

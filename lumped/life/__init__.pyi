@@ -32,3 +32,4 @@ from lumped.life.sn_curve import gerber as gerber
 from lumped.life.sn_curve import goodman as goodman
 from lumped.life.sn_curve import smith_watson_topper as smith_watson_topper
 from lumped.life.sn_curve import walker as walker
+from lumped.life.weibull_cycles import weibull_cycles as weibull_cycles

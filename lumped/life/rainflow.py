@@ -31,9 +31,9 @@ class Cycles(RichHtml):
     ranges, means : ndarray, shape (k,)
         Range from one turning point to the other, and their mean.
     counts : ndarray, shape (k,)
-        1 for a cycle, 0.5 for half of one.
+        1 for a cycle, 0.5 for half of one; of a distribution how many there are.
     turning_points : ndarray, shape (t,)
-        Where the load turned, with its first and last value.
+        Where the load turned, with its first and last value; none of a distribution.
     residue : ndarray, shape (r,)
         Turning points that close no cycle; empty where they count as half cycles.
     """
@@ -132,7 +132,9 @@ class Cycles(RichHtml):
             (number(low), number(high), f"{count:g}")
             for low, high, count in zip(ends[:-1], ends[1:], counts, strict=True)
         ]
-        head = f"{self.total:g} cycles of {len(self.turning_points)} turning points"
+        head = f"{self.total:g} cycles"
+        if len(self.turning_points):
+            head += f" of {len(self.turning_points)} turning points"
         if len(self.residue):
             head += f", and a residue of {len(self.residue)}"
         return f"{head}\n" + table(("range above", "up to", "cycles"), rows)

@@ -51,11 +51,12 @@ from lumped.vibration.responses.response_sensitivity import (
 from lumped.vibration.responses.response_sensitivity import (
     response_sensitivity as response_sensitivity,
 )
+from lumped.vibration.rules.engine_rule import EngineShaft as EngineShaft
 from lumped.vibration.rules.limits import Limit as Limit
 from lumped.vibration.rules.limits import torque_reversal as torque_reversal
 from lumped.vibration.rules.marine_rule import MarineShaft as MarineShaft
+from lumped.vibration.rules.separation import separation as separation
 from lumped.vibration.rules.verdict import Verdict as Verdict
-from lumped.vibration.rules.verdict import separation as separation
 from lumped.vibration.rules.verdict import verdict as verdict
 from lumped.vibration.speeds.campbell import BarredRange as BarredRange
 from lumped.vibration.speeds.campbell import Campbell as Campbell

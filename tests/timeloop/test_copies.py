@@ -213,6 +213,7 @@ def made():
         lp.orbits.periodic_range(turned_by_gas, speeds=[20.0], start=vibrating),
         lines[0],
         lp.vibration.line_crossings(lines, [15.6], speeds=[30.0, 190.0])[0],
+        lp.vibration.EngineShaft(rated=75.0),
         lp.vibration.MarineShaft(d=0.3, tensile=6e8, rated=10.0),
         lp.vibration.response_sensitivity(response, by=["shaft.c"]),
         lp.points.equilibrium_sensitivity(point, of=["shaft.tau"], by=["motor.tau"]),

@@ -1,10 +1,8 @@
 """Limits of torsional stress in propulsion shafts of ships.
 
-After IACS UR M68. The formulas of the continuous and the transient limit, of the size factor and of
-the barred range were found in a public program for ship shaft lines and in the text of a classifi-
-cation society's rules for naval ships; the page of the rule itself was not seen. METHOD marks what
-was found in this way, USER INPUT what the user must take from the rule, and NOT IMPLEMENTED what is
-left out: hollow shafts, and caps of the tensile strength.
+After IACS UR M68, as the Korean Register has it in its Rules for the Classification of Steel Ships,
+2025, Pt 5 Ch 4, 202 and 206, whose text was read. READ marks what stands there, USER INPUT what the
+user must give, and NOT IMPLEMENTED what is left out.
 """
 
 from __future__ import annotations
@@ -20,7 +18,13 @@ from lumped.support.arrays import Real
 from lumped.vibration.rules.limits import Limit
 from lumped.vibration.speeds.campbell import BarredRange
 
-_SOURCE = "IACS UR M68"
+_SOURCE = "IACS UR M68, read in KR Rules for Steel Ships 2025, 5-4-202"
+
+
+def barred_about(critical: float, rated: float) -> BarredRange:
+    """Barred range around a critical speed, rad/s: ``16 n/(18 - x)`` to ``(18 - x) n/16``."""
+    x = critical / rated
+    return BarredRange(16 * critical / (18 - x), (18 - x) * critical / 16)
 
 
 @dataclass(frozen=True)
@@ -30,24 +34,26 @@ class MarineShaft:
     With ``x`` the speed over the rated speed, ``sigma`` the tensile strength in MPa and ``d`` the
     diameter in mm::
 
-        c_D = 0.35 + 0.93 d^-0.2                                    METHOD
-        tau_C = (sigma + 160) / 18 c_K c_D (3 - 2 x^2),  x < 0.9    METHOD
-        tau_C = (sigma + 160) / 18 c_K c_D 1.38,  0.9 <= x <= 1.05  METHOD
-        tau_T = 1.7 tau_C / sqrt(c_K)                               METHOD
+        c_D = 0.35 + 0.93 d^-0.2                                    READ
+        tau_C = (sigma + 160) / 18 c_K c_D (3 - 2 x^2),  x < 0.9    READ
+        tau_C = (sigma + 160) / 18 c_K c_D 1.38,  0.9 <= x <= 1.05  READ
+        tau_T = 1.7 tau_C / sqrt(c_K),  x < 0.8                     READ
         c_K, sigma, d                                               USER INPUT
-        hollow shafts, caps of sigma                                NOT IMPLEMENTED
+        hollow shafts                                               NOT IMPLEMENTED
 
     Parameters
     ----------
     d : float
         Diameter, m.
     tensile : float
-        Tensile strength, Pa.
+        Tensile strength, Pa; no more of it counts than 600 MPa for carbon steel and for propeller
+        and stern tube shafts, 800 MPa for intermediate and thrust shafts of low-alloy steel.
     rated : float
         Rated speed, rad/s.
     form_factor : float
-        c_K: 1.0 for intermediate shafts with integral flange or shrink fit, 0.6 with a
-        keyway, 0.55 for propeller shafts.
+        c_K: 1.0 for intermediate shafts with integral flange or shrink fit, 0.6 with a keyway of a
+        tapered and 0.45 of a cylindrical seat, 0.5 with a radial hole, 0.3 with a longitudinal
+        slot; 0.85 for thrust, 0.55 for propeller and 0.8 for stern tube shafts.
 
     Raises
     ------
@@ -108,8 +114,7 @@ class MarineShaft:
 
     def barred(self, critical: float) -> BarredRange:
         """Barred range around a critical speed, rad/s: ``16 n/(18 - x)`` to ``(18 - x) n/16``."""
-        x = critical / self.rated
-        return BarredRange(16 * critical / (18 - x), (18 - x) * critical / 16)
+        return barred_about(critical, self.rated)
 
     def limits(self, stress: Name) -> tuple[Limit, Limit]:
         """Limits of a stress in continuous operation and in passing.

@@ -24,7 +24,7 @@ from lumped.vibration.ordered.order_response import OrderResponse
 from lumped.vibration.rotating.harmonics import refuse_unbalanced
 from lumped.vibration.rules.limits import Limit, Measure
 from lumped.vibration.rules.measures import find_peaks_of_use, measure_quantity
-from lumped.vibration.speeds.campbell import BarredRange, Campbell, CriticalSpeed
+from lumped.vibration.speeds.campbell import BarredRange
 
 _FOUND = 1e-6
 """Relative error of a maximum from which on a note is due."""
@@ -317,84 +317,3 @@ def _beyond(speeds: Real, used: Real) -> list[tuple[float, float]]:
             end = np.interp(1.0, used[[after, after - 1]], speeds[[after, after - 1]])
         found.append((float(begin), float(end)))
     return found
-
-
-@checked
-def separation(
-    critical: Campbell | Iterable[CriticalSpeed],
-    *,
-    between: tuple[float, float],
-    margin: float = 0.1,
-    source: str = "",
-) -> Verdict:
-    """Whether critical speeds keep away from the speeds of operation.
-
-    Parameters
-    ----------
-    critical : Campbell or iterable of CriticalSpeed
-        From `campbell`, or from `critical_speeds`.
-    between : tuple of float
-        First and last speed of operation, rad/s.
-    margin : float
-        Least distance of a critical speed from these, as a share of the nearest of them; 10 % is
-        usual in the practice of process machines.
-    source : str
-        Where the margin stands.
-
-    Returns
-    -------
-    Verdict
-        A row for each critical speed: its distance, and the margin over it as utilisation; infinite
-        within the range.
-
-    Raises
-    ------
-    OptionError
-        If the range or the margin makes no sense, or a diagram does not reach as far as both.
-    """
-    low, high = between
-    if not 0 < low <= high < np.inf:
-        raise OptionError(
-            f"separation: between = {between}: the first and last speed of operation, rad/s, above "
-            "zero."
-        )
-    if not 0 < margin < 1:
-        raise OptionError(f"separation: margin = {margin:g} must be between 0 and 1.")
-    every = critical.critical if isinstance(critical, Campbell) else tuple(critical)
-    searched = [each.searched for each in every]
-    if isinstance(critical, Campbell):
-        searched.append((float(critical.speeds[0]), float(critical.speeds[-1])))
-    for first, last in searched:
-        if first > low * (1 - margin) or last < high * (1 + margin):
-            raise OptionError(
-                f"separation: the diagram reaches from {first:g} to {last:g} rad/s; speeds from "
-                f"{low:g} to {high:g} rad/s with a margin of {margin:g} need critical speeds from "
-                f"{low * (1 - margin):g} to {high * (1 + margin):g}. Make the diagram over these."
-            )
-    results = []
-    for each in every:
-        distance = max(low - each.speed, each.speed - high, 0.0)
-        share = distance / (low if each.speed < low else high)
-        ends = BarredRange(each.speed / (1 + margin), each.speed / (1 - margin))
-        results.append(
-            Result(
-                "separation",
-                f"mode {each.mode + 1}, {each.label or f'order {each.order:g}'}",
-                "1",
-                "distance",
-                "",
-                source,
-                share,
-                margin,
-                margin / share if share else np.inf,
-                each.speed,
-                () if share >= margin else (ends,),
-            )
-        )
-    if not searched:
-        raise OptionError("separation: there is no critical speed; give the diagram.")
-    notes: tuple[str, ...] = ()
-    if not results:
-        first, last = (speed_unit().value(end) for end in searched[0])
-        notes = (f"no critical speed lies from {first:.6g} to {last:.6g} {speed_unit().unit}",)
-    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), notes)
