@@ -152,6 +152,8 @@ from lumped.components.loads import LinearTorque as LinearTorque
 from lumped.components.loads import QuadraticTorque as QuadraticTorque
 from lumped.components.loads import SignTorque as SignTorque
 from lumped.components.rolling import RollingTorque as RollingTorque
+from lumped.components.shafts.cardan import CardanJoint as CardanJoint
+from lumped.components.shafts.cardan import CardanShaft as CardanShaft
 from lumped.components.shafts.continuous import ContinuousElement as ContinuousElement
 from lumped.components.shafts.element import ShaftElement as ShaftElement
 from lumped.components.shafts.materials import Material as Material

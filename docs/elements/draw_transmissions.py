@@ -1,0 +1,63 @@
+"""Draw Cardan joints, screws, harmonic drives, Geneva wheels, sprockets and cams by their runs.
+
+Run from the top of the project: python docs/elements/draw_transmissions.py
+"""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import lumped as lp
+from lumped.components import CardanJoint, CardanShaft, Damper, Fixed, Inertia, Speed
+
+HERE = Path(__file__).parent
+
+
+def turned(part: lp.Component, turns: float = 1.0) -> lp.Trajectory:
+    """A part turned at flange a with 1 rad/s, a body at flange b."""
+    model = lp.compose(
+        turn=Speed(w=1.0),
+        part=part,
+        body=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.turn, m.part, m.body),
+    )
+    system = lp.assemble(model, keep=["body.phi"])
+    return lp.simulate(system, until=2 * np.pi * turns, grid=800)
+
+
+def draw_cardan() -> Figure:
+    """Ratio of a joint over a turn, and a drive behind a joint that runs up."""
+    figure = Figure((7.5, 3.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for bend in (10, 20, 30):
+        run = turned(CardanJoint(beta=np.radians(bend)))
+        left.plot(np.degrees(run.t), run["body.w"], label=f"{bend} deg")
+    left.set(
+        xlabel="angle of the fork at a, deg", ylabel="ratio w_b / w_a", xticks=range(0, 361, 90)
+    )
+    model = lp.compose(
+        turn=Speed(w=5.0 * lp.time),
+        shaft=CardanShaft(beta_a=0.35, beta_b=0.0, c=900.0),
+        drum=Inertia(J=0.4),
+        brake=Damper(d=1.5),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.turn, m.shaft, m.drum, m.brake, m.wall),
+    )
+    run = lp.simulate(lp.assemble(model), until=10.0, grid=4000)
+    right.plot(run["turn.w"], run["drum.w"] - run["turn.w"], lw=0.6)
+    right.set(xlabel="speed of the drive, rad/s", ylabel="drum less drive, rad/s")
+    right.set(title="bend 20 deg, w_n = 47.4 rad/s")
+    left.legend(fontsize=8)
+    return figure
+
+
+def save(figure: Figure, name: str) -> None:
+    """Grid and file."""
+    for axes in figure.axes:
+        axes.grid(alpha=0.3)
+    figure.savefig(HERE / f"{name}.png", dpi=80, pil_kwargs={"optimize": True})
+
+
+if __name__ == "__main__":
+    save(draw_cardan(), "cardan")
