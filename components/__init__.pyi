@@ -132,6 +132,9 @@ from lumped.components.gearing.lossy_gear import LossyGear as LossyGear
 from lumped.components.gearing.noncircular import EllipticalGear as EllipticalGear
 from lumped.components.gearing.noncircular import NonCircularGear as NonCircularGear
 from lumped.components.gearing.planetary_stage import ElasticPlanetary as ElasticPlanetary
+from lumped.components.gearing.screws import BallScrew as BallScrew
+from lumped.components.gearing.screws import LeadScrew as LeadScrew
+from lumped.components.gearing.screws import WormGear as WormGear
 from lumped.components.gearing.synchroniser import Synchroniser as Synchroniser
 from lumped.components.gravity import SwingingMass as SwingingMass
 from lumped.components.gravity import Weight as Weight

@@ -9,7 +9,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
-from lumped.components import CardanJoint, CardanShaft, Damper, Fixed, Inertia, Speed
+from lumped.components import (
+    CardanJoint,
+    CardanShaft,
+    Damper,
+    Fixed,
+    Inertia,
+    LeadScrew,
+    Speed,
+    translation,
+)
 
 HERE = Path(__file__).parent
 
@@ -52,6 +61,29 @@ def draw_cardan() -> Figure:
     return figure
 
 
+def draw_screws() -> Figure:
+    """Torque to raise and to lower over the friction, of runs in which it grows."""
+    figure = Figure((5.5, 3.1), layout="constrained")
+    axes = figure.subplots()
+    for w, label in ((1.0, "raise 6.4 kN"), (-1.0, "lower 6.4 kN")):
+        found = []
+        rubs = np.linspace(0.0, 0.2, 41)
+        for mu in rubs:
+            model = lp.compose(
+                turn=Speed(w=w),
+                screw=LeadScrew(lead=0.008, d=0.03, mu=mu),
+                weight=translation.Force(f=-6400.0),
+                connections=lambda m: lp.chain(m.turn, m.screw, m.weight),
+            )
+            found.append(lp.start_point(lp.assemble(model))["screw.flange_a.tau"])
+        axes.plot(rubs, found, label=label)
+    axes.axvline(0.008 / np.pi / 0.03, color="0.5", lw=0.8, ls="--", label="holds itself from here")
+    axes.set(xlabel="coefficient of friction", ylabel="torque on the screw, N.m")
+    axes.set(title="lead 8 mm, mean diameter 30 mm")
+    axes.legend(fontsize=8)
+    return figure
+
+
 def save(figure: Figure, name: str) -> None:
     """Grid and file."""
     for axes in figure.axes:
@@ -61,3 +93,4 @@ def save(figure: Figure, name: str) -> None:
 
 if __name__ == "__main__":
     save(draw_cardan(), "cardan")
+    save(draw_screws(), "screws")

@@ -93,6 +93,18 @@ SYMBOLS: dict[str, Symbol] = {
     "rack": symbol(
         oval(0, 0.15, 0.5, fill=GREY), box(-0.8, -0.6, 0.8, -0.35, GREY), line(-0.8, 0, -0.45, 0)
     ),
+    "screw": symbol(
+        box(-0.75, -0.15, 0.75, 0.15),
+        *(line(x, -0.15, x + 0.12, 0.15) for x in (-0.65, -0.45, 0.35, 0.55)),
+        box(-0.25, -0.45, 0.25, 0.45, GREY),
+        height=0.5,
+    ),
+    "worm": symbol(
+        oval(0, -0.25, 0.5, fill=GREY),
+        box(-0.6, 0.3, 0.6, 0.65),
+        *(line(x, 0.3, x + 0.12, 0.65) for x in (-0.5, -0.25, 0.0, 0.25)),
+        height=0.7,
+    ),
     "crank": symbol(
         box(-0.8, -0.6, 0.98, 0.68),
         oval(-0.5, -0.1, 0.13),

@@ -34,7 +34,14 @@ from lumped.components.control import linear_blocks, sequence, signals
 from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.engines import crank, crankshaft, engine, propeller
-from lumped.components.gearing import belts, gear_mesh, lossy_gear, noncircular, synchroniser
+from lumped.components.gearing import (
+    belts,
+    gear_mesh,
+    lossy_gear,
+    noncircular,
+    screws,
+    synchroniser,
+)
 from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -115,6 +122,8 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
         for axis in "dq"
     },
     impact.Backlash: {"b": 10.0},
+    screws.LeadScrew: {"mu": 0.3, "d": 2.0},
+    screws.WormGear: {"gamma": 0.3, "mu": 0.2},
     linkages.GuidedRod: {"length": 10.0},
     notches.Fillet: {"r": 0.2, "d": 1.0, "D": 1.4},
     notches.Keyway: {"r": 0.03, "d": 1.0},
@@ -144,7 +153,7 @@ POSITIVE = {
 
 BASES = {
     *(linear_blocks.LinearBlock, linear_blocks.SampledLinearBlock),
-    *(thermal.Heated, notch.Notch, shaft.Section),
+    *(thermal.Heated, notch.Notch, shaft.Section, lossy_gear.Meshing),
 }
 """What only stands before another component, or is the base of several."""
 
