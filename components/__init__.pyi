@@ -127,6 +127,7 @@ from lumped.components.gearing.gears import IdealGear as IdealGear
 from lumped.components.gearing.gears import Planetary as Planetary
 from lumped.components.gearing.gears import RackAndPinion as RackAndPinion
 from lumped.components.gearing.gears import SelectableGear as SelectableGear
+from lumped.components.gearing.harmonic_drive import HarmonicDrive as HarmonicDrive
 from lumped.components.gearing.lossy_gear import EfficientGear as EfficientGear
 from lumped.components.gearing.lossy_gear import LossyGear as LossyGear
 from lumped.components.gearing.noncircular import EllipticalGear as EllipticalGear

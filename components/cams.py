@@ -11,7 +11,7 @@ from typing import Literal
 
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
 from lumped.errors import EquationError
-from lumped.language.expression import Compare, Datum
+from lumped.language.expression import Compare, ConstantExpression, Datum
 from lumped.language.value_types import Rows
 from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
@@ -88,18 +88,8 @@ class HarmonicTorque(_AngleTorque):
     mean: Param = param("N.m", "mean driving torque", 0.0)
 
     def _driving(self, phi: Expr) -> Expr:
-        rows = _rows(
-            "harmonics", self.harmonics, "order, amplitude (N.m), phase (rad)", (2, 340.0, 0.0)
-        )
-        total: Expr = self.mean
-        for order, amplitude, phase in rows:
-            if order <= 0:
-                raise EquationError(
-                    f"harmonics: the order {order:g} is not positive. Periods in a turn are meant; "
-                    "the constant part is the parameter 'mean'."
-                )
-            total = total + Datum(amplitude) * sin(order * phi + phase)
-        return total
+        waves = harmonic_sum("harmonics", self.harmonics, phi, "N.m", (2, 340.0, 0.0))
+        return self.mean + waves
 
 
 class PeriodicTorque(_AngleTorque):
@@ -175,6 +165,46 @@ def _rows(
             f"{name} = {given!r}: at least one row of {meaning} is needed, such as ({example},)."
         )
     return rows
+
+
+def harmonic_sum(
+    name: str, harmonics: Rows, phi: Expr, unit: str, example: Sequence[float]
+) -> Expr:
+    """``sum(A sin(order phi + phase))`` of rows of order, amplitude A and phase.
+
+    Parameters
+    ----------
+    name : str
+        Of the rows, for errors.
+    harmonics : rows
+        Order, amplitude in `unit`, phase in rad.
+    phi : expression
+        Angle, rad.
+    unit : str
+        Of the amplitude.
+    example : sequence of float
+        A row that makes sense.
+
+    Returns
+    -------
+    Expr
+
+    Raises
+    ------
+    EquationError
+        If there are no rows, or an order is not positive.
+    """
+    total: Expr = ConstantExpression(0.0)
+    for order, amplitude, phase in _rows(
+        name, harmonics, f"order, amplitude ({unit}), phase (rad)", example
+    ):
+        if order <= 0:
+            raise EquationError(
+                f"{name}: the order {order:g} is not positive. Periods in a turn are meant; "
+                "a constant part, the 'mean' of a torque, is no harmonic."
+            )
+        total = total + Datum(amplitude) * sin(order * phi + phase)
+    return total
 
 
 def within(phi: Expr, centre: Expr, width: Expr) -> Compare:

@@ -90,6 +90,9 @@ SYMBOLS: dict[str, Symbol] = {
         oval(-0.435, -0.25, 0.22, fill=GREY),
         has_letters=True,  # sun, carrier and ring
     ),
+    "harmonic_drive": symbol(
+        oval(0, 0, 0.75), oval(0, 0, 0.72, 0.58), oval(0, 0, 0.6, 0.45, GREY), has_letters=True
+    ),
     "rack": symbol(
         oval(0, 0.15, 0.5, fill=GREY), box(-0.8, -0.6, 0.8, -0.35, GREY), line(-0.8, 0, -0.45, 0)
     ),

@@ -37,6 +37,7 @@ from lumped.components.engines import crank, crankshaft, engine, propeller
 from lumped.components.gearing import (
     belts,
     gear_mesh,
+    harmonic_drive,
     lossy_gear,
     noncircular,
     screws,
@@ -71,6 +72,7 @@ FIELDS = {
     engine.Cylinder: {"pressure": GAS},
     crankshaft.Engine: {"cylinders": 2, "firing_order": (1, 2), "c": 2.0, "pressure": GAS},
     gear_mesh.GearMesh: {"stiffness": MESH, "error": MESH},
+    harmonic_drive.HarmonicDrive: {"errors": HARMONICS},
     propeller.Propeller: {"blades": MESH},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
