@@ -137,6 +137,7 @@ from lumped.components.gearing.screws import BallScrew as BallScrew
 from lumped.components.gearing.screws import LeadScrew as LeadScrew
 from lumped.components.gearing.screws import WormGear as WormGear
 from lumped.components.gearing.synchroniser import Synchroniser as Synchroniser
+from lumped.components.geneva import Geneva as Geneva
 from lumped.components.gravity import SwingingMass as SwingingMass
 from lumped.components.gravity import Weight as Weight
 from lumped.components.impact import Backlash as Backlash

@@ -14,6 +14,7 @@ from lumped.components import (
     CardanShaft,
     Damper,
     Fixed,
+    Geneva,
     HarmonicDrive,
     Inertia,
     LeadScrew,
@@ -121,6 +122,22 @@ def draw_harmonic_drive() -> Figure:
     return figure
 
 
+def draw_geneva() -> Figure:
+    """Angle and speed of the wheel over two turns."""
+    figure = Figure((7.5, 3.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for slots in (3, 4, 6):
+        run = turned(Geneva(slots=slots, phase=-np.pi), turns=2.0)
+        left.plot(np.degrees(run.t), -np.degrees(run["body.phi"]), label=f"{slots} slots")
+        right.plot(np.degrees(run.t), -run["body.w"], label=f"{slots} slots")
+    left.set(ylabel="angle of the wheel, reversed, deg")
+    right.set(ylabel="ratio -w_b / w_a")
+    for axes in (left, right):
+        axes.set(xlabel="angle of the driver, deg", xticks=range(0, 721, 180))
+    left.legend(fontsize=8)
+    return figure
+
+
 def save(figure: Figure, name: str) -> None:
     """Grid and file."""
     for axes in figure.axes:
@@ -132,3 +149,4 @@ if __name__ == "__main__":
     save(draw_cardan(), "cardan")
     save(draw_screws(), "screws")
     save(draw_harmonic_drive(), "harmonic_drive")
+    save(draw_geneva(), "geneva")

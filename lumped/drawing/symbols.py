@@ -32,6 +32,7 @@ from lumped.drawing.strokes import (
 _SPRING = [line(-0.7, 0, -0.55, 0), zigzag(-0.55, 0.55, 0, 0.3), line(0.55, 0, 0.7, 0)]
 _PLATES = (box(-0.3, -0.6, -0.12, 0.6, GREY), box(0.12, -0.6, 0.3, 0.6, GREY))
 _LEADS = (line(-0.6, 0, -0.3, 0), line(0.3, 0, 0.6, 0))
+_DIAGONALS = [(x, y) for x in (-0.7, 0.7) for y in (-0.7, 0.7)]
 
 GROUND = (line(0, 0.2, 0, 0), *hatch(-0.4, 0.4, 0.0))
 """Fixed housing below a port."""
@@ -107,6 +108,15 @@ SYMBOLS: dict[str, Symbol] = {
         box(-0.6, 0.3, 0.6, 0.65),
         *(line(x, 0.3, x + 0.12, 0.65) for x in (-0.5, -0.25, 0.0, 0.25)),
         height=0.7,
+    ),
+    "geneva": symbol(
+        oval(-0.45, 0, 0.3),
+        line(-0.45, 0, -0.2, 0.2),
+        oval(-0.2, 0.2, 0.07, fill=BLACK),
+        oval(0.35, 0, 0.4, fill=GREY),
+        *(line(0.35 + 0.4 * x, 0.4 * y, 0.35 + 0.12 * x, 0.12 * y) for x, y in _DIAGONALS),
+        reach=0.75,
+        height=0.5,
     ),
     "crank": symbol(
         box(-0.8, -0.6, 0.98, 0.68),
