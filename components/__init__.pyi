@@ -120,6 +120,7 @@ from lumped.components.friction import JournalFriction as JournalFriction
 from lumped.components.friction import OneWayClutch as OneWayClutch
 from lumped.components.friction import SlipCoupling as SlipCoupling
 from lumped.components.gearing.belts import Belt as Belt
+from lumped.components.gearing.chains import Sprocket as Sprocket
 from lumped.components.gearing.gear_mesh import GearMesh as GearMesh
 from lumped.components.gearing.gears import BevelDifferential as BevelDifferential
 from lumped.components.gearing.gears import BevelGear as BevelGear

@@ -20,6 +20,7 @@ from lumped.components import (
     LeadScrew,
     Position,
     Speed,
+    Sprocket,
     translation,
 )
 
@@ -138,6 +139,25 @@ def draw_geneva() -> Figure:
     return figure
 
 
+def draw_chains() -> Figure:
+    """Speed of a chain over its mean one, over the angle."""
+    figure = Figure((5.5, 3.0), layout="constrained")
+    axes = figure.subplots()
+    for z in (7, 11, 17):
+        model = lp.compose(
+            turn=Speed(w=1.0),
+            sprocket=Sprocket(z=z, pitch=2 * np.pi / z),
+            chain=translation.Mass(m=1.0),
+            connections=lambda m: lp.chain(m.turn, m.sprocket, m.chain),
+        )
+        run = lp.simulate(lp.assemble(model), until=np.pi, grid=800)
+        axes.plot(np.degrees(run.t), run["chain.v"], label=f"{z} teeth")
+    axes.set(xlabel="angle, deg", ylabel="speed of the chain over its mean")
+    axes.set(xticks=range(0, 181, 45))
+    axes.legend(fontsize=8)
+    return figure
+
+
 def save(figure: Figure, name: str) -> None:
     """Grid and file."""
     for axes in figure.axes:
@@ -150,3 +170,4 @@ if __name__ == "__main__":
     save(draw_screws(), "screws")
     save(draw_harmonic_drive(), "harmonic_drive")
     save(draw_geneva(), "geneva")
+    save(draw_chains(), "chains")
