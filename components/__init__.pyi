@@ -1,4 +1,7 @@
 from lumped.components import translation as translation
+from lumped.components.cam_follower import Cam as Cam
+from lumped.components.cam_follower import CamFollower as CamFollower
+from lumped.components.cam_follower import cam_motion as cam_motion
 from lumped.components.cams import CamSwitch as CamSwitch
 from lumped.components.cams import HarmonicTorque as HarmonicTorque
 from lumped.components.cams import PeriodicTorque as PeriodicTorque

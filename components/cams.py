@@ -11,7 +11,7 @@ from typing import Literal
 
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
 from lumped.errors import EquationError
-from lumped.language.expression import Compare, ConstantExpression, Datum
+from lumped.language.expression import Compare, ConstantExpression, Datum, Number, as_expr
 from lumped.language.value_types import Rows
 from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
@@ -122,7 +122,7 @@ class PeriodicTorque(_AngleTorque):
 
     def _table(self) -> tuple[list[float], list[float]]:
         """Angles and torques, with the first point again one period later."""
-        rows = _rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
+        rows = check_rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
         if not isinstance(self.period, int | float) or not 0 < self.period < float("inf"):
             raise EquationError(
                 f"period = {self.period!r} rad must be a positive number: the angle after which "
@@ -144,7 +144,7 @@ class PeriodicTorque(_AngleTorque):
         return [*angles, end], [*values, values[0]]
 
 
-def _rows(
+def check_rows(
     name: str, given: Rows, meaning: str, example: Sequence[float]
 ) -> list[tuple[float, ...]]:
     """Rows of finite numbers, as long as the example.
@@ -195,7 +195,7 @@ def harmonic_sum(
         If there are no rows, or an order is not positive.
     """
     total: Expr = ConstantExpression(0.0)
-    for order, amplitude, phase in _rows(
+    for order, amplitude, phase in check_rows(
         name, harmonics, f"order, amplitude ({unit}), phase (rad)", example
     ):
         if order <= 0:
@@ -207,6 +207,6 @@ def harmonic_sum(
     return total
 
 
-def within(phi: Expr, centre: Expr, width: Expr) -> Compare:
+def within(phi: Expr, centre: Number, width: Number) -> Compare:
     """Whether an angle is within half a width of a centre, in any turn."""
-    return cos(phi - centre) > cos(width / 2)
+    return cos(phi - centre) > cos(as_expr(width) / 2)

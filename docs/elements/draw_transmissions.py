@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from lumped.components import (
+    Cam,
+    CamFollower,
     CardanJoint,
     CardanShaft,
     Damper,
@@ -21,6 +23,7 @@ from lumped.components import (
     Position,
     Speed,
     Sprocket,
+    cam_motion,
     translation,
 )
 
@@ -158,6 +161,34 @@ def draw_chains() -> Figure:
     return figure
 
 
+def draw_cam_follower() -> Figure:
+    """Lift of a follower that lifts off, and the force of the cam below the limit and above."""
+    figure = Figure((7.5, 3.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for w in (120.0, 200.0):
+        model = lp.compose(
+            turn=Speed(w=w),
+            valve=CamFollower(
+                cam=Cam(profile=cam_motion(((0, 0), (1.2, 0.01), (2.4, 0)))),
+                m=0.3,
+                c=3e4,
+                F_0=150.0,
+            ),
+            connections=lambda m: lp.chain(m.turn.flange, m.valve.flange),
+        )
+        system = lp.assemble(model, keep=["valve.mass.s"])
+        run = lp.simulate(system, until=2 * np.pi / w, grid=1500)
+        angle = np.degrees(w * run.t)
+        left.plot(angle, 1e3 * run["valve.mass.s"], label=f"{w:g} rad/s")
+        right.plot(angle, -1e-3 * run["valve.contact.f"], label=f"{w:g} rad/s")
+    left.set(ylabel="lift, mm", title="rise and return by cycloids")
+    right.set(ylabel="force of the cam, kN")
+    for axes in (left, right):
+        axes.set(xlabel="angle of the cam, deg", xticks=range(0, 361, 90))
+    left.legend(fontsize=8)
+    return figure
+
+
 def save(figure: Figure, name: str) -> None:
     """Grid and file."""
     for axes in figure.axes:
@@ -171,3 +202,4 @@ if __name__ == "__main__":
     save(draw_harmonic_drive(), "harmonic_drive")
     save(draw_geneva(), "geneva")
     save(draw_chains(), "chains")
+    save(draw_cam_follower(), "cam_follower")

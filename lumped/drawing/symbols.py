@@ -109,6 +109,14 @@ SYMBOLS: dict[str, Symbol] = {
         *(line(x, 0.3, x + 0.12, 0.65) for x in (-0.5, -0.25, 0.0, 0.25)),
         height=0.7,
     ),
+    "cam": symbol(
+        oval(-0.2, 0, 0.45, 0.4, GREY),
+        oval(-0.35, 0, 0.08),
+        line(0.25, -0.35, 0.25, 0.35),
+        line(0.25, 0, 0.75, 0),
+        reach=0.75,
+        height=0.5,
+    ),
     "geneva": symbol(
         oval(-0.45, 0, 0.3),
         line(-0.45, 0, -0.2, 0.2),

@@ -19,6 +19,7 @@ import lumped.components
 from lumped.components import (
     Inertia,
     Torque,
+    cam_follower,
     cams,
     friction,
     impact,
@@ -61,6 +62,7 @@ MATRICES = {
     "D": ((0.3,),),
 }
 POLYNOMIALS = {"numerator": (1.0, 2.0), "denominator": (2.0, 1.5, 0.7)}
+RISES = cam_follower.cam_motion(((0.3, 0.0), (1.5, 0.4), (2.0, 0.4), (3.5, 0.1)), "polynomial")
 FIELDS = {
     linear_blocks.StateSpaceBlock: MATRICES,
     linear_blocks.SampledStateSpace: MATRICES,
@@ -86,6 +88,8 @@ FIELDS = {
         "n_branches": 2,
         "extrapolate": True,
     },
+    cam_follower.Cam: {"profile": RISES},
+    cam_follower.CamFollower: {"cam": cam_follower.Cam(profile=RISES)},
     cams.HarmonicTorque: {"harmonics": HARMONICS},
     cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},

@@ -6,7 +6,7 @@ import numpy as np
 from power_terms import Energy, Motion, Power, bounded
 
 import lumped as lp
-from lumped.components import gravity, linkages, tyre, vehicle, winding
+from lumped.components import cam_follower, gravity, linkages, tyre, vehicle, winding
 from lumped.components.engines import crank
 from lumped.components.gearing import belts, harmonic_drive, planetary_stage
 from lumped.components.shafts import cardan
@@ -203,6 +203,12 @@ def splines(at: Motion) -> complex:
     return work + (p["T2"] + p["K3"] * (x - b) / 2) * (x - b)
 
 
+def follower(at: Motion) -> complex:
+    """Kinetic energy, and work against the preloaded spring."""
+    p, s = at.p, at.q["follower"]
+    return p["m"] * at.v["follower"] ** 2 / 2 + (p["F_0"] + p["c"] * s / 2) * s
+
+
 def swinging(at: Motion) -> complex:
     p = at.p
     height = p["R"] * np.sin(at.q["flange"] + p["phi0"])
@@ -215,6 +221,7 @@ def lowered(at: Motion) -> float:
 
 STORED: dict[type[lp.Component], Energy] = {
     belts.Belt: belt_energy,
+    cam_follower.CamFollower: follower,
     cardan.CardanShaft: lambda at: at.p["c"] * cardan_twist(at) ** 2 / 2,
     harmonic_drive.HarmonicDrive: splines,
     planetary_stage.ElasticPlanetary: stage_energy,
