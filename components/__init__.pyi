@@ -1,4 +1,7 @@
 from lumped.components import translation as translation
+from lumped.components.cam_follower import Cam as Cam
+from lumped.components.cam_follower import CamFollower as CamFollower
+from lumped.components.cam_follower import cam_motion as cam_motion
 from lumped.components.cams import CamSwitch as CamSwitch
 from lumped.components.cams import HarmonicTorque as HarmonicTorque
 from lumped.components.cams import PeriodicTorque as PeriodicTorque
@@ -120,6 +123,7 @@ from lumped.components.friction import JournalFriction as JournalFriction
 from lumped.components.friction import OneWayClutch as OneWayClutch
 from lumped.components.friction import SlipCoupling as SlipCoupling
 from lumped.components.gearing.belts import Belt as Belt
+from lumped.components.gearing.chains import Sprocket as Sprocket
 from lumped.components.gearing.gear_mesh import GearMesh as GearMesh
 from lumped.components.gearing.gears import BevelDifferential as BevelDifferential
 from lumped.components.gearing.gears import BevelGear as BevelGear
@@ -127,12 +131,17 @@ from lumped.components.gearing.gears import IdealGear as IdealGear
 from lumped.components.gearing.gears import Planetary as Planetary
 from lumped.components.gearing.gears import RackAndPinion as RackAndPinion
 from lumped.components.gearing.gears import SelectableGear as SelectableGear
+from lumped.components.gearing.harmonic_drive import HarmonicDrive as HarmonicDrive
 from lumped.components.gearing.lossy_gear import EfficientGear as EfficientGear
 from lumped.components.gearing.lossy_gear import LossyGear as LossyGear
 from lumped.components.gearing.noncircular import EllipticalGear as EllipticalGear
 from lumped.components.gearing.noncircular import NonCircularGear as NonCircularGear
 from lumped.components.gearing.planetary_stage import ElasticPlanetary as ElasticPlanetary
+from lumped.components.gearing.screws import BallScrew as BallScrew
+from lumped.components.gearing.screws import LeadScrew as LeadScrew
+from lumped.components.gearing.screws import WormGear as WormGear
 from lumped.components.gearing.synchroniser import Synchroniser as Synchroniser
+from lumped.components.geneva import Geneva as Geneva
 from lumped.components.gravity import SwingingMass as SwingingMass
 from lumped.components.gravity import Weight as Weight
 from lumped.components.impact import Backlash as Backlash
@@ -152,6 +161,8 @@ from lumped.components.loads import LinearTorque as LinearTorque
 from lumped.components.loads import QuadraticTorque as QuadraticTorque
 from lumped.components.loads import SignTorque as SignTorque
 from lumped.components.rolling import RollingTorque as RollingTorque
+from lumped.components.shafts.cardan import CardanJoint as CardanJoint
+from lumped.components.shafts.cardan import CardanShaft as CardanShaft
 from lumped.components.shafts.continuous import ContinuousElement as ContinuousElement
 from lumped.components.shafts.element import ShaftElement as ShaftElement
 from lumped.components.shafts.materials import Material as Material

@@ -11,7 +11,7 @@ from typing import Literal
 
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
 from lumped.errors import EquationError
-from lumped.language.expression import Compare, Datum
+from lumped.language.expression import Compare, ConstantExpression, Datum, Number, as_expr
 from lumped.language.value_types import Rows
 from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
@@ -88,18 +88,8 @@ class HarmonicTorque(_AngleTorque):
     mean: Param = param("N.m", "mean driving torque", 0.0)
 
     def _driving(self, phi: Expr) -> Expr:
-        rows = _rows(
-            "harmonics", self.harmonics, "order, amplitude (N.m), phase (rad)", (2, 340.0, 0.0)
-        )
-        total: Expr = self.mean
-        for order, amplitude, phase in rows:
-            if order <= 0:
-                raise EquationError(
-                    f"harmonics: the order {order:g} is not positive. Periods in a turn are meant; "
-                    "the constant part is the parameter 'mean'."
-                )
-            total = total + Datum(amplitude) * sin(order * phi + phase)
-        return total
+        waves = harmonic_sum("harmonics", self.harmonics, phi, "N.m", (2, 340.0, 0.0))
+        return self.mean + waves
 
 
 class PeriodicTorque(_AngleTorque):
@@ -132,7 +122,7 @@ class PeriodicTorque(_AngleTorque):
 
     def _table(self) -> tuple[list[float], list[float]]:
         """Angles and torques, with the first point again one period later."""
-        rows = _rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
+        rows = check_rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
         if not isinstance(self.period, int | float) or not 0 < self.period < float("inf"):
             raise EquationError(
                 f"period = {self.period!r} rad must be a positive number: the angle after which "
@@ -154,7 +144,7 @@ class PeriodicTorque(_AngleTorque):
         return [*angles, end], [*values, values[0]]
 
 
-def _rows(
+def check_rows(
     name: str, given: Rows, meaning: str, example: Sequence[float]
 ) -> list[tuple[float, ...]]:
     """Rows of finite numbers, as long as the example.
@@ -177,6 +167,46 @@ def _rows(
     return rows
 
 
-def within(phi: Expr, centre: Expr, width: Expr) -> Compare:
+def harmonic_sum(
+    name: str, harmonics: Rows, phi: Expr, unit: str, example: Sequence[float]
+) -> Expr:
+    """``sum(A sin(order phi + phase))`` of rows of order, amplitude A and phase.
+
+    Parameters
+    ----------
+    name : str
+        Of the rows, for errors.
+    harmonics : rows
+        Order, amplitude in `unit`, phase in rad.
+    phi : expression
+        Angle, rad.
+    unit : str
+        Of the amplitude.
+    example : sequence of float
+        A row that makes sense.
+
+    Returns
+    -------
+    Expr
+
+    Raises
+    ------
+    EquationError
+        If there are no rows, or an order is not positive.
+    """
+    total: Expr = ConstantExpression(0.0)
+    for order, amplitude, phase in check_rows(
+        name, harmonics, f"order, amplitude ({unit}), phase (rad)", example
+    ):
+        if order <= 0:
+            raise EquationError(
+                f"{name}: the order {order:g} is not positive. Periods in a turn are meant; "
+                "a constant part, the 'mean' of a torque, is no harmonic."
+            )
+        total = total + Datum(amplitude) * sin(order * phi + phase)
+    return total
+
+
+def within(phi: Expr, centre: Number, width: Number) -> Compare:
     """Whether an angle is within half a width of a centre, in any turn."""
-    return cos(phi - centre) > cos(width / 2)
+    return cos(phi - centre) > cos(as_expr(width) / 2)

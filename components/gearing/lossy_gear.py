@@ -12,13 +12,75 @@ from lumped.language.switch import Hold, Item
 from lumped.language.value_types import Rows
 from lumped.ops import interpolate, maximum, minimum, where
 
-__all__ = ["EfficientGear", "LossyGear"]
+__all__ = ["EfficientGear", "LossyGear", "Meshing"]
 
 Losses = tuple[Expr | float, Expr | float, Expr | float, Expr | float]
 """Efficiencies while a and while b drives, bearing friction in both cases."""
 
 
-class LossyGear(Component):
+class Meshing(Component):
+    """Loss torque of a mesh that is driven from flange a or from the other side: base of gears.
+
+    ``power lost = tau_loss w``.
+    """
+
+    flange_a = Flange()
+    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
+    w: Var = var("rad/s", "speed of flange a relative to the support", state="prefer")
+    tau_loss: Var = var("N.m", "loss torque, referred to flange a")
+    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.tau_loss * self.w
+
+    def mesh_loss(
+        self,
+        losses: Callable[[Expr | float], Losses],
+        border: float | None,
+        engaged: Compare | None = None,
+        passed_on: Expr | None = None,
+    ) -> Hold:
+        """Loss torque while it turns, and its limits at standstill.
+
+        Parameters
+        ----------
+        losses : callable
+            Efficiencies and bearing friction at a speed.
+        border : float, optional
+            Torque above which side a drives forward, if it is the same at all speeds.
+        engaged : relation, optional
+            While this is false there is no loss.
+        passed_on : expression, optional
+            Torque that is passed on, referred to flange a. For a mesh that may hold itself, which
+            has two losses for one torque at flange a, but one for that which it passes on.
+        """
+        tau = self.flange_a.tau if passed_on is None else passed_on
+
+        def laws(speed: Expr | float, way: int) -> tuple[Expr, Expr]:
+            eta_a, eta_b, tau_a, tau_b = losses(speed)
+            if passed_on is not None:
+                return (tau + way * tau_a) / eta_a - tau, eta_b * (tau + way * tau_b) - tau
+            return (1 - eta_a) * tau + way * tau_a, (1 - 1 / eta_b) * tau + way * tau_b
+
+        a_ahead, b_ahead = laws(self.w, 1)
+        a_back, b_back = laws(-self.w, -1)
+        a_drives = a_ahead >= b_ahead if border is None else tau >= border
+        b_drives = a_back >= b_back if border is None else tau >= (-border or 0.0)
+        return hold(
+            self.tau_loss,
+            self.w,
+            forward=where(a_drives, a_ahead, b_ahead),
+            backward=where(b_drives, b_back, a_back),
+            upper=maximum(*laws(0.0, 1)),
+            lower=minimum(*laws(0.0, -1)),
+            engaged=engaged,
+            pressed=False,
+            position=self.position,
+        )
+
+
+class LossyGear(Meshing):
     """Gear with mesh efficiency and bearing friction: ``tau_b = -ratio (tau_a - tau_loss)``.
 
     While side a drives, ``tau_loss = (1 - eta_a) tau_a + tau_bearing_a``; while side b drives,
@@ -36,15 +98,10 @@ class LossyGear(Component):
     """
 
     symbol = "gear"
-    flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
     ratio: Param = param("1", "gear ratio, speed of a over speed of b", nonzero=True)
     losses: Rows = ((0.0, 1.0, 1.0, 0.0, 0.0),)
-    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
-    w: Var = var("rad/s", "speed of flange a relative to the support", state="prefer")
-    tau_loss: Var = var("N.m", "loss torque, referred to flange a")
-    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
 
     def equations(self) -> Iterator[Item]:
         rows = check_loss_table(self.losses)
@@ -63,14 +120,11 @@ class LossyGear(Component):
             eta_a, eta_b, tau_a, tau_b = (interpolate(speed, speeds, y) for y in columns)
             return eta_a, eta_b, tau_a, tau_b
 
-        yield _hold(self, losses, border, holds_itself=own)
-
-    def loss(self) -> Expr:
-        """Dissipated power, W."""
-        return self.tau_loss * self.w
+        passed_on = -self.flange_b.tau / self.ratio if own else None
+        yield self.mesh_loss(losses, border, passed_on=passed_on)
 
 
-class EfficientGear(Component):
+class EfficientGear(Meshing):
     """Gear of one efficiency: ``tau_b = -ratio tau_a eta`` while a drives, ``/ eta`` while b does.
 
     A `LossyGear` whose mesh loses the same share in both directions at all speeds, and whose
@@ -78,23 +132,14 @@ class EfficientGear(Component):
     """
 
     symbol = "gear"
-    flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
     ratio: Param = param("1", "gear ratio, speed of a over speed of b", nonzero=True)
     eta: Param = param("1", "efficiency, power out over power in", above=0, max=1)
-    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
-    w: Var = var("rad/s", "speed of flange a relative to the support", state="prefer")
-    tau_loss: Var = var("N.m", "loss torque, referred to flange a")
-    position: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
 
     def equations(self) -> Iterator[Item]:
         yield from _kinematics(self)
-        yield _hold(self, lambda speed: (self.eta, self.eta, 0.0, 0.0), 0.0, self.eta < 1)
-
-    def loss(self) -> Expr:
-        """Dissipated power, W."""
-        return self.tau_loss * self.w
+        yield self.mesh_loss(lambda speed: (self.eta, self.eta, 0.0, 0.0), 0.0, self.eta < 1)
 
 
 def _kinematics(gear: LossyGear | EfficientGear) -> Iterator[Item]:
@@ -104,44 +149,6 @@ def _kinematics(gear: LossyGear | EfficientGear) -> Iterator[Item]:
     yield gear.w == der(gear.phi)
     yield b.tau == -gear.ratio * (a.tau - gear.tau_loss)
     yield housing.tau == -a.tau - b.tau
-
-
-def _hold(
-    gear: LossyGear | EfficientGear,
-    losses: Callable[[Expr | float], Losses],
-    border: float | None,
-    engaged: Compare | None = None,
-    *,
-    holds_itself: bool = False,
-) -> Hold:
-    """Loss torque while the gear turns, and its limits at standstill.
-
-    If one border of torque is valid at all speeds, side a drives forward above this border. A gear
-    that holds itself has two losses for one torque at side a, but one for that which it passes on.
-    """
-    tau = -gear.flange_b.tau / gear.ratio if holds_itself else gear.flange_a.tau
-
-    def laws(speed: Expr | float, way: int) -> tuple[Expr, Expr]:
-        eta_a, eta_b, tau_a, tau_b = losses(speed)
-        if holds_itself:
-            return (tau + way * tau_a) / eta_a - tau, eta_b * (tau + way * tau_b) - tau
-        return (1 - eta_a) * tau + way * tau_a, (1 - 1 / eta_b) * tau + way * tau_b
-
-    a_ahead, b_ahead = laws(gear.w, 1)
-    a_back, b_back = laws(-gear.w, -1)
-    a_drives = a_ahead >= b_ahead if border is None else tau >= border
-    b_drives = a_back >= b_back if border is None else tau >= (-border or 0.0)
-    return hold(
-        gear.tau_loss,
-        gear.w,
-        forward=where(a_drives, a_ahead, b_ahead),
-        backward=where(b_drives, b_back, a_back),
-        upper=maximum(*laws(0.0, 1)),
-        lower=minimum(*laws(0.0, -1)),
-        engaged=engaged,
-        pressed=False,
-        position=gear.position,
-    )
 
 
 def _border(eta_a: float, eta_b: float, tau_a: float, tau_b: float, *, holds_itself: bool) -> float:

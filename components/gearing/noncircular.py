@@ -13,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, param, var
+from lumped.components.seen_angle import seen_angle
 from lumped.errors import EquationError
 from lumped.language.expression import Number, Partial, as_expr
-from lumped.ops import atan2, cos, pi, sin
+from lumped.ops import pi
 
 __all__ = ["EllipticalGear", "NonCircularGear", "elliptical", "slowest_at"]
 
@@ -94,7 +95,8 @@ def elliptical(phi: Number, e: Number, phase: Number) -> Expr:
     -------
     Expr
     """
-    return as_expr(phi) + _lead(as_expr(phi) - phase, e) - _lead(-as_expr(phase), e)
+    lead = seen_angle(as_expr(phi) - phase, e) + seen_angle(phase, e)
+    return as_expr(phi) + 2 * lead
 
 
 def slowest_at(phi_b: Number, e: Number) -> Expr:
@@ -114,8 +116,3 @@ def slowest_at(phi_b: Number, e: Number) -> Expr:
     Expr
     """
     return pi + elliptical(phi_b, e, phi_b)
-
-
-def _lead(x: Expr, e: Number) -> Expr:
-    """Bounded difference of the angles of two ellipses, ``x`` from the fastest point."""
-    return 2 * atan2(as_expr(e) * sin(x), 1 - e * cos(x))

@@ -32,6 +32,7 @@ from lumped.drawing.strokes import (
 _SPRING = [line(-0.7, 0, -0.55, 0), zigzag(-0.55, 0.55, 0, 0.3), line(0.55, 0, 0.7, 0)]
 _PLATES = (box(-0.3, -0.6, -0.12, 0.6, GREY), box(0.12, -0.6, 0.3, 0.6, GREY))
 _LEADS = (line(-0.6, 0, -0.3, 0), line(0.3, 0, 0.6, 0))
+_DIAGONALS = [(x, y) for x in (-0.7, 0.7) for y in (-0.7, 0.7)]
 
 GROUND = (line(0, 0.2, 0, 0), *hatch(-0.4, 0.4, 0.0))
 """Fixed housing below a port."""
@@ -90,8 +91,40 @@ SYMBOLS: dict[str, Symbol] = {
         oval(-0.435, -0.25, 0.22, fill=GREY),
         has_letters=True,  # sun, carrier and ring
     ),
+    "harmonic_drive": symbol(
+        oval(0, 0, 0.75), oval(0, 0, 0.72, 0.58), oval(0, 0, 0.6, 0.45, GREY), has_letters=True
+    ),
     "rack": symbol(
         oval(0, 0.15, 0.5, fill=GREY), box(-0.8, -0.6, 0.8, -0.35, GREY), line(-0.8, 0, -0.45, 0)
+    ),
+    "screw": symbol(
+        box(-0.75, -0.15, 0.75, 0.15),
+        *(line(x, -0.15, x + 0.12, 0.15) for x in (-0.65, -0.45, 0.35, 0.55)),
+        box(-0.25, -0.45, 0.25, 0.45, GREY),
+        height=0.5,
+    ),
+    "worm": symbol(
+        oval(0, -0.25, 0.5, fill=GREY),
+        box(-0.6, 0.3, 0.6, 0.65),
+        *(line(x, 0.3, x + 0.12, 0.65) for x in (-0.5, -0.25, 0.0, 0.25)),
+        height=0.7,
+    ),
+    "cam": symbol(
+        oval(-0.2, 0, 0.45, 0.4, GREY),
+        oval(-0.35, 0, 0.08),
+        line(0.25, -0.35, 0.25, 0.35),
+        line(0.25, 0, 0.75, 0),
+        reach=0.75,
+        height=0.5,
+    ),
+    "geneva": symbol(
+        oval(-0.45, 0, 0.3),
+        line(-0.45, 0, -0.2, 0.2),
+        oval(-0.2, 0.2, 0.07, fill=BLACK),
+        oval(0.35, 0, 0.4, fill=GREY),
+        *(line(0.35 + 0.4 * x, 0.4 * y, 0.35 + 0.12 * x, 0.12 * y) for x, y in _DIAGONALS),
+        reach=0.75,
+        height=0.5,
     ),
     "crank": symbol(
         box(-0.8, -0.6, 0.98, 0.68),
@@ -129,6 +162,13 @@ SYMBOLS: dict[str, Symbol] = {
         oval(0, 0.18, 0.06, fill=BLACK),
         line(0, 0.18, 0.25, 0.62),
         oval(0.25, 0.62, 0.14, fill=GREY),
+    ),
+    "cardan": symbol(
+        line(-0.7, 0, -0.4, 0),
+        line(0, 0.35, -0.4, 0.35, -0.4, -0.35, 0, -0.35),
+        line(0, 0.35, 0, -0.35),
+        oval(0, 0, 0.12, fill=BLACK),
+        line(0, 0, 0.7, 0),
     ),
     "rod": symbol(
         box(-0.68, -0.72, 0.68, 0.72),

@@ -19,6 +19,7 @@ import lumped.components
 from lumped.components import (
     Inertia,
     Torque,
+    cam_follower,
     cams,
     friction,
     impact,
@@ -34,7 +35,15 @@ from lumped.components.control import linear_blocks, sequence, signals
 from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.engines import crank, crankshaft, engine, propeller
-from lumped.components.gearing import belts, gear_mesh, lossy_gear, noncircular, synchroniser
+from lumped.components.gearing import (
+    belts,
+    gear_mesh,
+    harmonic_drive,
+    lossy_gear,
+    noncircular,
+    screws,
+    synchroniser,
+)
 from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -53,6 +62,7 @@ MATRICES = {
     "D": ((0.3,),),
 }
 POLYNOMIALS = {"numerator": (1.0, 2.0), "denominator": (2.0, 1.5, 0.7)}
+RISES = cam_follower.cam_motion(((0.3, 0.0), (1.5, 0.4), (2.0, 0.4), (3.5, 0.1)), "polynomial")
 FIELDS = {
     linear_blocks.StateSpaceBlock: MATRICES,
     linear_blocks.SampledStateSpace: MATRICES,
@@ -64,6 +74,7 @@ FIELDS = {
     engine.Cylinder: {"pressure": GAS},
     crankshaft.Engine: {"cylinders": 2, "firing_order": (1, 2), "c": 2.0, "pressure": GAS},
     gear_mesh.GearMesh: {"stiffness": MESH, "error": MESH},
+    harmonic_drive.HarmonicDrive: {"errors": HARMONICS},
     propeller.Propeller: {"blades": MESH},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
@@ -77,6 +88,8 @@ FIELDS = {
         "n_branches": 2,
         "extrapolate": True,
     },
+    cam_follower.Cam: {"profile": RISES},
+    cam_follower.CamFollower: {"cam": cam_follower.Cam(profile=RISES)},
     cams.HarmonicTorque: {"harmonics": HARMONICS},
     cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
@@ -115,6 +128,8 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
         for axis in "dq"
     },
     impact.Backlash: {"b": 10.0},
+    screws.LeadScrew: {"mu": 0.3, "d": 2.0},
+    screws.WormGear: {"gamma": 0.3, "mu": 0.2},
     linkages.GuidedRod: {"length": 10.0},
     notches.Fillet: {"r": 0.2, "d": 1.0, "D": 1.4},
     notches.Keyway: {"r": 0.03, "d": 1.0},
@@ -144,7 +159,7 @@ POSITIVE = {
 
 BASES = {
     *(linear_blocks.LinearBlock, linear_blocks.SampledLinearBlock),
-    *(thermal.Heated, notch.Notch, shaft.Section),
+    *(thermal.Heated, notch.Notch, shaft.Section, lossy_gear.Meshing),
 }
 """What only stands before another component, or is the base of several."""
 

@@ -6,9 +6,10 @@ import numpy as np
 from power_terms import Energy, Motion, Power, bounded
 
 import lumped as lp
-from lumped.components import gravity, linkages, tyre, vehicle, winding
+from lumped.components import cam_follower, gravity, linkages, tyre, vehicle, winding
 from lumped.components.engines import crank
-from lumped.components.gearing import belts, planetary_stage
+from lumped.components.gearing import belts, harmonic_drive, planetary_stage
+from lumped.components.shafts import cardan
 
 
 def strip_energy(at: Motion) -> complex:
@@ -174,6 +175,40 @@ def stage_heat(at: Motion) -> float:
     return p["n"] * (p["d_s"] * at_sun**2 + p["d_r"] * at_ring**2)
 
 
+def cardan_twist(at: Motion) -> complex:
+    """Ends of the shaft by the tangents of both forks, in the turn of each flange."""
+    p = at.p
+    x, y = at.q["flange_a"] + p["phase"], at.q["flange_b"] + p["phase"] + p["psi"]
+    near = x + along_turn(x, np.tan(x) / np.cos(p["beta_a"]))
+    # fork b is a right angle further at both of its sides
+    far = y + along_turn(y, np.tan(y) / np.cos(p["beta_b"]))
+    return far - p["psi"] - near
+
+
+def along_turn(x: complex, tangent: complex) -> complex:
+    """What an angle with this tangent is ahead of x, less than a right angle."""
+    return np.arctan((tangent - np.tan(x)) / (1 + tangent * np.tan(x)))
+
+
+def splines(at: Motion) -> complex:
+    """Work up to a twist by the areas below the three lines."""
+    p, x = at.p, at.x["phi_rel"] * np.sign(at.x["phi_rel"].real)
+    a = p["T1"] / p["K1"]
+    b = a + (p["T2"] - p["T1"]) / p["K2"]
+    if x.real < a:
+        return p["K1"] * x**2 / 2
+    if x.real < b:
+        return p["T1"] * a / 2 + (p["T1"] + p["K2"] * (x - a) / 2) * (x - a)
+    work = p["T1"] * a / 2 + (p["T1"] + p["T2"]) * (b - a) / 2
+    return work + (p["T2"] + p["K3"] * (x - b) / 2) * (x - b)
+
+
+def follower(at: Motion) -> complex:
+    """Kinetic energy, and work against the preloaded spring."""
+    p, s = at.p, at.q["follower"]
+    return p["m"] * at.v["follower"] ** 2 / 2 + (p["F_0"] + p["c"] * s / 2) * s
+
+
 def swinging(at: Motion) -> complex:
     p = at.p
     height = p["R"] * np.sin(at.q["flange"] + p["phi0"])
@@ -186,6 +221,9 @@ def lowered(at: Motion) -> float:
 
 STORED: dict[type[lp.Component], Energy] = {
     belts.Belt: belt_energy,
+    cam_follower.CamFollower: follower,
+    cardan.CardanShaft: lambda at: at.p["c"] * cardan_twist(at) ** 2 / 2,
+    harmonic_drive.HarmonicDrive: splines,
     planetary_stage.ElasticPlanetary: stage_energy,
     linkages.Bar: bar_energy,
     linkages.PlaneSpring: plane_elastic,
