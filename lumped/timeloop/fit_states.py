@@ -58,7 +58,7 @@ class FitStates:
 
     def __init__(self, system: System, theta: np.ndarray, time: float, modes: np.ndarray) -> None:
         self.system, self._at = system, (theta, time, modes)
-        self._varying = [part for part in constraints_of(system) if part.varying]
+        self._varying = [part for part in constraints_of(system) if part.varying and len(part.last)]
 
     def is_unfit(self, values: Mapping[int, float]) -> bool:
         """Whether a state has lost its share in the motion of what it leads.

@@ -11,7 +11,7 @@ from rows import assemble_row, assemble_rows
 from scipy.integrate import quad, solve_ivp
 
 import lumped as lp
-from lumped.components import Inertia, Position, SpringDamper, Torque
+from lumped.components import Inertia, Position, SpringDamper, Torque, translation
 from lumped.errors import SolverError
 from lumped.numerics.interval_bounds import interval_bounds
 
@@ -296,3 +296,28 @@ def test_bounds_hold_what_a_function_takes_inside_them(seed):
         slack = 1e-12 * (1 + np.abs(values))
         assert (values >= least - slack)[fine].all()
         assert (values <= most + slack)[fine].all()
+
+
+def test_a_prescribed_motion_passes_a_kink_of_a_ratio():
+    class TwoRatios(lp.Component):
+        """Rack that moves half as far for a turn from 1 rad on."""
+
+        a = lp.Flange()
+        b = lp.LinearFlange()
+
+        def equations(self):
+            phi = self.a.phi
+            yield lp.lossless(self.b.s == ops.where(phi < 1, phi, 0.5 * phi + 0.5), self.a, self.b)
+
+    model = lp.compose(
+        rack=TwoRatios(),
+        drive=translation.Position(s=2 * t),
+        body=Inertia(J=1.0),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.rack.b),
+            lp.connect(m.rack.a, m.body.flange_a),
+        ],
+    )
+    run = lp.simulate(lp.assemble(model), until=1.0)
+    received = [event.time for event in run.events], run["body.phi"][-1], run["body.w"][-1]
+    assert received == (pytest.approx([0.5], abs=1e-12), pytest.approx(3.0), pytest.approx(4.0))
