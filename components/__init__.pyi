@@ -1,4 +1,14 @@
 from lumped.components import translation as translation
+from lumped.components.bearings.fluid import viscosity as viscosity
+from lumped.components.bearings.geometry import DEEP_GROOVE as DEEP_GROOVE
+from lumped.components.bearings.geometry import AngularContact as AngularContact
+from lumped.components.bearings.geometry import DeepGroove as DeepGroove
+from lumped.components.bearings.geometry import SphericalRoller as SphericalRoller
+from lumped.components.bearings.rolling_bearing import BallBearingInBath as BallBearingInBath
+from lumped.components.bearings.rolling_bearing import RollingBearing as RollingBearing
+from lumped.components.bearings.seals import ShaftSeal as ShaftSeal
+from lumped.components.bearings.windage import DiscWindage as DiscWindage
+from lumped.components.bearings.windage import GearWindage as GearWindage
 from lumped.components.cams import CamSwitch as CamSwitch
 from lumped.components.cams import HarmonicTorque as HarmonicTorque
 from lumped.components.cams import PeriodicTorque as PeriodicTorque
