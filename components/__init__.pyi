@@ -156,11 +156,12 @@ from lumped.components.linkages import Bar as Bar
 from lumped.components.linkages import Eccentric as Eccentric
 from lumped.components.linkages import GuidedRod as GuidedRod
 from lumped.components.linkages import PlaneSpring as PlaneSpring
-from lumped.components.loads import EddyCurrentBrake as EddyCurrentBrake
-from lumped.components.loads import InverseTorque as InverseTorque
-from lumped.components.loads import LinearTorque as LinearTorque
-from lumped.components.loads import QuadraticTorque as QuadraticTorque
-from lumped.components.loads import SignTorque as SignTorque
+from lumped.components.loads.ice import IceTorque as IceTorque
+from lumped.components.loads.speed_torques import EddyCurrentBrake as EddyCurrentBrake
+from lumped.components.loads.speed_torques import InverseTorque as InverseTorque
+from lumped.components.loads.speed_torques import LinearTorque as LinearTorque
+from lumped.components.loads.speed_torques import QuadraticTorque as QuadraticTorque
+from lumped.components.loads.speed_torques import SignTorque as SignTorque
 from lumped.components.rolling import RollingTorque as RollingTorque
 from lumped.components.shafts.continuous import ContinuousElement as ContinuousElement
 from lumped.components.shafts.element import ShaftElement as ShaftElement

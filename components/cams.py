@@ -15,7 +15,14 @@ from lumped.language.expression import Compare, Datum
 from lumped.language.value_types import Rows
 from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
-__all__ = ["CamSwitch", "HarmonicTorque", "PeriodicTorque", "PulseTorque"]
+__all__ = [
+    "CamSwitch",
+    "HarmonicTorque",
+    "PeriodicTorque",
+    "PulseTorque",
+    "checked_rows",
+    "pulse",
+]
 
 
 class CamSwitch(Component):
@@ -71,9 +78,9 @@ class PulseTorque(_AngleTorque):
     def _driving(self, phi: Expr) -> Expr:
         if self.shape not in ("half-sine", "rectangle"):
             raise EquationError(f"shape = {self.shape!r}: 'half-sine' or 'rectangle' is needed.")
-        x = atan2(sin(phi - self.centre), cos(phi - self.centre))
-        form: Expr | float = cos(pi * x / self.width) if self.shape == "half-sine" else 1.0
-        return where(within(phi, self.centre, self.width), self.tau_max * form, 0.0)
+        if self.shape == "half-sine":
+            return pulse(phi, self.centre, self.width, self.tau_max)
+        return where(within(phi, self.centre, self.width), self.tau_max, 0.0)
 
 
 class HarmonicTorque(_AngleTorque):
@@ -88,7 +95,7 @@ class HarmonicTorque(_AngleTorque):
     mean: Param = param("N.m", "mean driving torque", 0.0)
 
     def _driving(self, phi: Expr) -> Expr:
-        rows = _rows(
+        rows = checked_rows(
             "harmonics", self.harmonics, "order, amplitude (N.m), phase (rad)", (2, 340.0, 0.0)
         )
         total: Expr = self.mean
@@ -132,7 +139,7 @@ class PeriodicTorque(_AngleTorque):
 
     def _table(self) -> tuple[list[float], list[float]]:
         """Angles and torques, with the first point again one period later."""
-        rows = _rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
+        rows = checked_rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
         if not isinstance(self.period, int | float) or not 0 < self.period < float("inf"):
             raise EquationError(
                 f"period = {self.period!r} rad must be a positive number: the angle after which "
@@ -154,7 +161,7 @@ class PeriodicTorque(_AngleTorque):
         return [*angles, end], [*values, values[0]]
 
 
-def _rows(
+def checked_rows(
     name: str, given: Rows, meaning: str, example: Sequence[float]
 ) -> list[tuple[float, ...]]:
     """Rows of finite numbers, as long as the example.
@@ -175,6 +182,12 @@ def _rows(
             f"{name} = {given!r}: at least one row of {meaning} is needed, such as ({example},)."
         )
     return rows
+
+
+def pulse(phi: Expr, centre: Expr, width: Expr, height: Expr) -> Expr:
+    """Half sine in every turn, `height` at `centre` and zero beyond half a `width` of it."""
+    x = atan2(sin(phi - centre), cos(phi - centre))
+    return where(within(phi, centre, width), height * cos(pi * x / width), 0.0)
 
 
 def within(phi: Expr, centre: Expr, width: Expr) -> Compare:

@@ -36,6 +36,7 @@ from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.engines import crank, crankshaft, engine, propeller
 from lumped.components.gearing import belts, gear_mesh, lossy_gear, noncircular, synchroniser
+from lumped.components.loads import ice
 from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -45,6 +46,7 @@ TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
 START = ((0.0, 0.8, 0.6), (0.5, 1.1, 0.7), (1.0, 0.0, 0.3))
 GAS = ((0.0, 2.0), (2.0, 5.0), (9.0, 1.0))
 MESH = ((1.0, 0.3, 0.2), (2.0, -0.1, 1.0))
+BLOCKS = ((0.75, 1.5, 0.2), (0.4, 0.7, 2.5))
 BEARING = {"kind": geometry.DeepGroove(2e4, *geometry.DEEP_GROOVE["62"])}
 BORE = {"d": 0.05, "D": 0.09, "nu_100": 7e-6, "nu_40": 4.6e-5, "K_rs": 3e-8, "T": 340.0}
 COUPLING = ((0.0, 0.0), (0.4, 0.8), (1.2, 4.0))
@@ -85,6 +87,7 @@ FIELDS = {
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
     rolling_bearing.BallBearingInBath: BEARING,
     rolling_bearing.RollingBearing: BEARING,
+    ice.IceTorque: {"blocks": BLOCKS, "Z": 3},
     friction.BearingFriction: {"characteristic": ROWS},
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
