@@ -162,6 +162,10 @@ from lumped.components.loads.speed_torques import InverseTorque as InverseTorque
 from lumped.components.loads.speed_torques import LinearTorque as LinearTorque
 from lumped.components.loads.speed_torques import QuadraticTorque as QuadraticTorque
 from lumped.components.loads.speed_torques import SignTorque as SignTorque
+from lumped.components.loads.wind import WindRotor as WindRotor
+from lumped.components.loads.wind import extreme_gust as extreme_gust
+from lumped.components.loads.wind import operating_gust as operating_gust
+from lumped.components.loads.wind import turbulence as turbulence
 from lumped.components.rolling import RollingTorque as RollingTorque
 from lumped.components.shafts.continuous import ContinuousElement as ContinuousElement
 from lumped.components.shafts.element import ShaftElement as ShaftElement

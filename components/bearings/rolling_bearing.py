@@ -15,6 +15,7 @@ from lumped.components.friction import _OnShaft
 from lumped.errors import EquationError
 from lumped.language.expression import Datum
 from lumped.language.switch import Item, hold
+from lumped.language.validity import Range
 from lumped.ops import acos, exp, minimum, pi, sin, sqrt, where
 
 __all__ = ["BallBearingInBath", "RollingBearing"]
@@ -68,10 +69,10 @@ class RollingBearing(_OnShaft):
             position=self.position,
         )
 
-    def valid(self) -> Iterator[tuple[Expr, float, float, str, str, str]]:
+    def valid(self) -> Iterator[Range]:
         least = "Give its magnitude"
-        yield self.F_r, 0, float("inf"), "N", "radial load", least
-        yield self.F_a, 0, float("inf"), "N", "axial load", least
+        yield Range(self.F_r, 0, float("inf"), "N", "radial load", least)
+        yield Range(self.F_a, 0, float("inf"), "N", "axial load", least)
 
     def _loads(self, n: Expr) -> tuple[Expr, Expr]:
         """G_rr and G_sl at a speed, 1/min."""

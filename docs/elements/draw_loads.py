@@ -2,10 +2,21 @@
 
 import math
 
-from draw_friction import finish, plt
+from draw_friction import FOLDER, finish, plt
 
 import lumped as lp
-from lumped.components import IceTorque, Inertia, Propeller, SpringDamper, Torque
+from lumped.components import (
+    IceTorque,
+    Inertia,
+    Propeller,
+    QuadraticTorque,
+    SpringDamper,
+    Torque,
+    WindRotor,
+    extreme_gust,
+    operating_gust,
+    turbulence,
+)
 
 
 def draw_ice():
@@ -31,5 +42,34 @@ def draw_ice():
     finish(figure, "ice")
 
 
+def draw_wind():
+    """A rotor in a gust and in turbulence."""
+    rows = ((3.0, 0.08), (5.0, 0.28), (7.0, 0.44), (8.5, 0.47), (10.0, 0.43), (13.0, 0.2))
+    size = extreme_gust(9.0, V_ref=50.0, I_ref=0.16, D=80.0, z=80.0)
+    gust = operating_gust(9.0, size, begin=20.0)
+    storm = lp.ops.table(*turbulence(9.0, 1.4, 80.0, 600.0, 0.5, 1))
+    figure, pairs = plt.subplots(2, 2, figsize=(7.4, 4.0), sharex="col")
+    for (upper, lower), v, until in zip(pairs.T, (gust, storm), (60.0, 600.0), strict=True):
+        model = lp.compose(
+            rotor=WindRotor(coefficients=(*rows, (18.0, -0.2)), R=40.0, v=v),
+            body=Inertia(J=6e6, w=2.44),
+            generator=QuadraticTorque(tau_nominal=-2.1e5, w_nominal=1.9),
+            connections=lambda m: lp.chain(m.rotor, m.body, m.generator),
+        )
+        run = lp.simulate(lp.assemble(model), until=until, grid=1200)
+        upper.plot(run.t, 40.0 * run["body.w"] / run["rotor.x"])
+        lower.plot(run.t, run["body.w"])
+        lower.set(xlabel="time, s")
+    pairs[0, 0].set(ylabel="wind, m/s", title="operating gust")
+    pairs[0, 1].set(title="turbulence")
+    pairs[1, 0].set(ylabel="rotor, rad/s")
+    for axes in pairs.flat:
+        axes.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(FOLDER / "wind.png", dpi=80)
+    plt.close(figure)
+
+
 if __name__ == "__main__":
     draw_ice()
+    draw_wind()

@@ -36,7 +36,7 @@ from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.engines import crank, crankshaft, engine, propeller
 from lumped.components.gearing import belts, gear_mesh, lossy_gear, noncircular, synchroniser
-from lumped.components.loads import ice
+from lumped.components.loads import ice, wind
 from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -87,6 +87,7 @@ FIELDS = {
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
     rolling_bearing.BallBearingInBath: BEARING,
     rolling_bearing.RollingBearing: BEARING,
+    wind.WindRotor: {"coefficients": ((1.0, 0.2), (1e4, 0.1))},
     ice.IceTorque: {"blocks": BLOCKS, "Z": 3},
     friction.BearingFriction: {"characteristic": ROWS},
     translation.SupportFriction: {"characteristic": ROWS},
@@ -146,6 +147,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 POSITIVE = {
     rolling_bearing.BallBearingInBath: ["F_r", "F_a"],
     rolling_bearing.RollingBearing: ["F_r", "F_a"],
+    wind.WindRotor: ["v"],
     windage.DiscWindage: ["rho", "nu"],
     circuit.VariableResistor: ["R"],
     vehicle.Vehicle: ["cr"],

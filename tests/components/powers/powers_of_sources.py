@@ -9,7 +9,7 @@ from power_terms import Motion, Power, turning
 import lumped as lp
 from lumped.components import Torque, cams, rolling, sources
 from lumped.components.electric import circuit, network, thermal
-from lumped.components.loads import ice, speed_torques
+from lumped.components.loads import ice, speed_torques, wind
 
 
 def against(law: Callable[[dict[str, float], float], float]) -> Power:
@@ -50,6 +50,13 @@ def iced(at: Motion) -> float:
     return -at.p["Q_max"] * share * met * turning(at)
 
 
+def blown(at: Motion) -> float:
+    """The rig's rows: c_p / x of 0.2 up to x = 1, then falling towards 1e-5 at 1e4."""
+    v, R = at.p["v"], at.p["R"]
+    c_q = np.interp(turning(at) * R / v, [1.0, 1e4], [0.2, 1e-5])
+    return at.p["rho"] / 2 * np.pi * R**3 * v**2 * c_q * turning(at)
+
+
 # A prescribed motion takes or gives whatever power the drive asks for.
 PRESCRIBED = {
     *(sources.Acceleration, sources.Position, sources.RelativeSpeed, sources.Speed),
@@ -64,6 +71,7 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     cams.PeriodicTorque: tabulated,
     cams.PulseTorque: pulse,
     ice.IceTorque: iced,
+    wind.WindRotor: blown,
     rolling.RollingTorque: lambda at: (at.p["T_front"] - at.p["T_back"]) * at.p["R"] * turning(at),
     speed_torques.LinearTorque: against(lambda p, w: w / p["w_nominal"]),
     speed_torques.QuadraticTorque: against(lambda p, w: w * abs(w) / p["w_nominal"] ** 2),
