@@ -6,10 +6,12 @@ from draw_friction import FOLDER, finish, plt
 
 import lumped as lp
 from lumped.components import (
+    HoistRope,
     IceTorque,
     Inertia,
     Propeller,
     QuadraticTorque,
+    Speed,
     SpringDamper,
     Torque,
     WindRotor,
@@ -17,6 +19,7 @@ from lumped.components import (
     operating_gust,
     turbulence,
 )
+from lumped.components.translation import Force, MassWithStops
 
 
 def draw_ice():
@@ -40,6 +43,31 @@ def draw_ice():
     axes.plot(run.t, 1e-3 * run["ice.tau"], label="ice")
     axes.set(xlabel="time, s", ylabel="torque, kN.m", title="Ice on a propeller of four blades")
     finish(figure, "ice")
+
+
+def draw_hoist():
+    """A drum takes up a slack rope and lifts a load off the ground."""
+    weight = 9.80665 * 2000.0
+    model = lp.compose(
+        motor=Speed(w=2.0),
+        shaft=SpringDamper(c=5e5, d=2e3),
+        drum=Inertia(J=60.0, w=2.0),
+        rope=HoistRope(r=0.4, EA=4e6, l_0=30.0, D=2e4),
+        load=MassWithStops(m=2000.0, s_min=0.0, s_max=100.0),
+        weight=Force(f=-weight),
+        connections=lambda h: [
+            *lp.chain(h.motor, h.shaft, h.drum),
+            lp.connect(h.drum.flange_b, h.rope.drum),
+            *lp.chain(h.rope.load, h.load, h.weight),
+        ],
+    )
+    start = {"rope.e": -0.1, "load.v": 0.0}
+    run = lp.simulate(lp.assemble(model), until=6.0, grid=1000, start=start)
+    figure, axes = plt.subplots(figsize=(5.4, 3.6))
+    axes.plot(run.t, run["rope.T"] / weight, label="tension over weight")
+    axes.plot(run.t, run["load.v"], label="speed of the load, m/s")
+    axes.set(xlabel="time, s", title="A load is lifted by a slack rope")
+    finish(figure, "hoist")
 
 
 def draw_wind():
@@ -71,5 +99,6 @@ def draw_wind():
 
 
 if __name__ == "__main__":
+    draw_hoist()
     draw_ice()
     draw_wind()

@@ -36,7 +36,7 @@ from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.engines import crank, crankshaft, engine, propeller
 from lumped.components.gearing import belts, gear_mesh, lossy_gear, noncircular, synchroniser
-from lumped.components.loads import ice, wind
+from lumped.components.loads import hoist, ice, wind
 from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -113,6 +113,7 @@ FIELDS = {
 SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     rolling_bearing.BallBearingInBath: BORE | {"H": 0.02},
     rolling_bearing.RollingBearing: BORE,
+    hoist.HoistRope: {"l_0": 20.0},
     belts.Belt: {"distance": 6.0},
     continuous.ContinuousElement: {"w": 0.4},
     crank.CrankSlider: {"L": 6.0},
