@@ -168,6 +168,7 @@ from lumped.components.loads.wind import extreme_gust as extreme_gust
 from lumped.components.loads.wind import operating_gust as operating_gust
 from lumped.components.loads.wind import turbulence as turbulence
 from lumped.components.rolling import RollingTorque as RollingTorque
+from lumped.components.rolling import StripPass as StripPass
 from lumped.components.shafts.continuous import ContinuousElement as ContinuousElement
 from lumped.components.shafts.element import ShaftElement as ShaftElement
 from lumped.components.shafts.materials import Material as Material

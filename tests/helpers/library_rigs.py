@@ -154,6 +154,7 @@ POSITIVE = {
     vehicle.Vehicle: ["cr"],
     friction.JournalFriction: ["f_n"],
     rolling.RollingTorque: ["F", "a"],
+    rolling.StripPass: ["F", "a"],
     tyre.Tyre: ["f_n"],
 }
 """Inputs that make no sense below zero."""

@@ -50,6 +50,10 @@ def iced(at: Motion) -> float:
     return -at.p["Q_max"] * share * met * turning(at)
 
 
+def by_tensions(at: Motion) -> float:
+    return (at.p["T_front"] - at.p["T_back"]) * at.p["R"] * turning(at)
+
+
 def blown(at: Motion) -> float:
     """The rig's rows: c_p / x of 0.2 up to x = 1, then falling towards 1e-5 at 1e4."""
     v, R = at.p["v"], at.p["R"]
@@ -72,7 +76,8 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     cams.PulseTorque: pulse,
     ice.IceTorque: iced,
     wind.WindRotor: blown,
-    rolling.RollingTorque: lambda at: (at.p["T_front"] - at.p["T_back"]) * at.p["R"] * turning(at),
+    rolling.RollingTorque: by_tensions,
+    rolling.StripPass: by_tensions,
     speed_torques.LinearTorque: against(lambda p, w: w / p["w_nominal"]),
     speed_torques.QuadraticTorque: against(lambda p, w: w * abs(w) / p["w_nominal"] ** 2),
     speed_torques.SignTorque: against(lambda p, w: np.tanh(w / (0.02 * p["w0"]))),
