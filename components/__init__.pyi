@@ -156,6 +156,7 @@ from lumped.components.linkages import Bar as Bar
 from lumped.components.linkages import Eccentric as Eccentric
 from lumped.components.linkages import GuidedRod as GuidedRod
 from lumped.components.linkages import PlaneSpring as PlaneSpring
+from lumped.components.loads.drive_cycles import WLTC_3B as WLTC_3B
 from lumped.components.loads.hoist import HoistRope as HoistRope
 from lumped.components.loads.ice import IceTorque as IceTorque
 from lumped.components.loads.speed_torques import EddyCurrentBrake as EddyCurrentBrake

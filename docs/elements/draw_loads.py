@@ -6,6 +6,7 @@ from draw_friction import FOLDER, finish, plt
 
 import lumped as lp
 from lumped.components import (
+    WLTC_3B,
     HoistRope,
     IceTorque,
     Inertia,
@@ -43,6 +44,19 @@ def draw_ice():
     axes.plot(run.t, 1e-3 * run["ice.tau"], label="ice")
     axes.set(xlabel="time, s", ylabel="torque, kN.m", title="Ice on a propeller of four blades")
     finish(figure, "ice")
+
+
+def draw_drive_cycle():
+    """Speeds of the WLTC."""
+    figure, axes = plt.subplots(figsize=(7.4, 2.8))
+    axes.plot(range(1801), [3.6 * v for v in WLTC_3B], lw=1)
+    for second in (589, 1022, 1477):
+        axes.axvline(second, color="0.6", lw=0.8)
+    axes.set(xlabel="time, s", ylabel="speed, km/h", title="WLTC, class 3b", xlim=(0, 1800))
+    axes.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(FOLDER / "drive_cycle.png", dpi=80)
+    plt.close(figure)
 
 
 def draw_hoist():
@@ -99,6 +113,7 @@ def draw_wind():
 
 
 if __name__ == "__main__":
+    draw_drive_cycle()
     draw_hoist()
     draw_ice()
     draw_wind()
