@@ -15,7 +15,12 @@ from lumped.language.expression import Compare, ConstantExpression, Datum, Numbe
 from lumped.language.value_types import Rows
 from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
-__all__ = ["CamSwitch", "HarmonicTorque", "PeriodicTorque", "PulseTorque"]
+__all__ = [
+    "CamSwitch",
+    "HarmonicTorque",
+    "PeriodicTorque",
+    "PulseTorque",
+]
 
 
 class CamSwitch(Component):
@@ -71,9 +76,9 @@ class PulseTorque(_AngleTorque):
     def _driving(self, phi: Expr) -> Expr:
         if self.shape not in ("half-sine", "rectangle"):
             raise EquationError(f"shape = {self.shape!r}: 'half-sine' or 'rectangle' is needed.")
-        x = atan2(sin(phi - self.centre), cos(phi - self.centre))
-        form: Expr | float = cos(pi * x / self.width) if self.shape == "half-sine" else 1.0
-        return where(within(phi, self.centre, self.width), self.tau_max * form, 0.0)
+        if self.shape == "half-sine":
+            return pulse(phi, self.centre, self.width, self.tau_max)
+        return where(within(phi, self.centre, self.width), self.tau_max, 0.0)
 
 
 class HarmonicTorque(_AngleTorque):
@@ -205,6 +210,12 @@ def harmonic_sum(
             )
         total = total + Datum(amplitude) * sin(order * phi + phase)
     return total
+
+
+def pulse(phi: Expr, centre: Expr, width: Expr, height: Expr) -> Expr:
+    """Half sine in every turn, `height` at `centre` and zero beyond half a `width` of it."""
+    x = atan2(sin(phi - centre), cos(phi - centre))
+    return where(within(phi, centre, width), height * cos(pi * x / width), 0.0)
 
 
 def within(phi: Expr, centre: Number, width: Number) -> Compare:

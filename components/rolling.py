@@ -12,9 +12,11 @@ from collections.abc import Iterator
 
 from lumped import Component, Expr, Flange, Input, Param, Var, der, param, var
 from lumped.components.characteristic import coulomb
+from lumped.language.expression import Number
 from lumped.language.switch import Item
+from lumped.ops import sqrt, where
 
-__all__ = ["RollingTorque"]
+__all__ = ["RollingTorque", "StripPass"]
 
 
 class RollingTorque(Component):
@@ -48,9 +50,40 @@ class RollingTorque(Component):
         yield self.tau == self.tau_f + (self.T_back - self.T_front) * self.R
         yield self.flange.tau == self.tau
         yield self.support.tau == -self.tau
-        limit = 2 * self.F * self.a
-        yield coulomb(self.tau_f, self.w, limit, limit, engaged=limit > 0, position=self.position)
+        limit = 2 * self.F * self.a * self._filled()
+        engaged = (limit > 0).called("closed", "open")
+        yield coulomb(self.tau_f, self.w, limit, limit, engaged=engaged, position=self.position)
+
+    def _filled(self) -> Number:
+        """Share of the arc of contact with strip in it."""
+        return 1.0
 
     def loss(self) -> Expr:
         """Power of forming, W."""
         return self.tau_f * self.w
+
+
+class StripPass(RollingTorque):
+    """Load of one strip from its entry to its exit: ``tau_f = 2 F a x``.
+
+    The arc of contact ``L = sqrt(R dh)`` fills from the angle `phi_in` of the rolls on, and empties
+    once the length `l` has passed: ``x = clip(s / L) - clip((s - l) / L)`` between 0 and 1, with
+    ``s = R (phi - phi_in)``. So the torque rises within ``L / (R w)`` s. Tensions act as given; let
+    them begin with the strip. All else is as in `RollingTorque`.
+    """
+
+    dh: Param = param("m", "reduction of the thickness", above=0)
+    phi_in: Param = param("rad", "angle of the rolls at which the strip enters", 0.0)
+    l: Param = param("m", "length of the strip behind the rolls", above=0)  # noqa: E741
+
+    def _filled(self) -> Expr:
+        arc = sqrt(self.R * self.dh)
+        way = self.R * (self.phi - self.phi_in)
+        return share(way, arc, "entry") - share(way - self.l, arc, "exit")
+
+
+def share(way: Expr, arc: Expr, what: str) -> Expr:
+    """Share of an arc that is passed after a way; events call it `what`."""
+    begun = (way > 0).called(f"{what} begun", f"{what} to come")
+    ended = (way >= arc).called(f"{what} ended", f"{what} under way")
+    return where(begun, where(ended, 1.0, way / arc), 0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, Input, LinearFlange, Param, Var, der, param, var
-from lumped.components.loads import saturate
+from lumped.components.loads.speed_torques import saturate
 from lumped.ops import atan, cos, sin, smooth
 
 __all__ = ["Vehicle"]

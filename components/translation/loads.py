@@ -1,4 +1,4 @@
-"""Forces that depend on the velocity; the twins of those in `lumped.components.loads`."""
+"""Forces that depend on the velocity, twins of `lumped.components.loads.speed_torques`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lumped import (
     param,
     var,
 )
-from lumped.components.loads import braking, inverse, linear, quadratic, sign
+from lumped.components.loads.speed_torques import braking, inverse, linear, quadratic, sign
 
 __all__ = ["EddyCurrentBrake", "InverseForce", "LinearForce", "QuadraticForce", "SignForce"]
 

@@ -15,6 +15,8 @@ from lumped.components import (
     PeriodicTorque,
     RollingTorque,
     Speed,
+    SpringDamper,
+    StripPass,
     Torque,
 )
 
@@ -81,6 +83,26 @@ def rolling():
     finish(figure, "rolling")
 
 
+def strip_entry():
+    """Torque of a spindle while strips of several entry times come."""
+    figure, axes = plt.subplots(figsize=(6, 3), layout="constrained")
+    for w in (32.0, 8.0, 2.0):
+        model = lp.compose(
+            motor=Speed(w=w),
+            spindle=SpringDamper(c=2e7, d=2e3, phi_rel=0.0),
+            rolls=Inertia(J=1600.0, w=w),
+            gap=StripPass(
+                F=2e5, a=0.04, R=0.4, dh=0.02, l=6.0, phi_in=0.02 * w, T_back=0.0, T_front=0.0
+            ),
+            connections=lambda m: lp.chain(m.motor, m.spindle, m.rolls, m.gap),
+        )
+        run = lp.simulate(lp.assemble(model), until=0.3, grid=1000)
+        axes.plot(run.t, -run["spindle.tau"] / 1.6e4, label=f"{w:g} rad/s")
+    axes.set(title="Entry of a strip", xlabel="time, s", ylabel="spindle torque over steady one")
+    finish(figure, "strip_entry")
+
+
 if __name__ == "__main__":
     periodic_torque()
     rolling()
+    strip_entry()

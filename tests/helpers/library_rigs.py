@@ -31,6 +31,7 @@ from lumped.components import (
     winding,
 )
 from lumped.components import compliance as rotation
+from lumped.components.bearings import geometry, rolling_bearing, windage
 from lumped.components.control import linear_blocks, sequence, signals
 from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
@@ -44,6 +45,7 @@ from lumped.components.gearing import (
     screws,
     synchroniser,
 )
+from lumped.components.loads import hoist, ice, wind
 from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -53,6 +55,9 @@ TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
 START = ((0.0, 0.8, 0.6), (0.5, 1.1, 0.7), (1.0, 0.0, 0.3))
 GAS = ((0.0, 2.0), (2.0, 5.0), (9.0, 1.0))
 MESH = ((1.0, 0.3, 0.2), (2.0, -0.1, 1.0))
+BLOCKS = ((0.75, 1.5, 0.2), (0.4, 0.7, 2.5))
+BEARING = {"kind": geometry.DeepGroove(2e4, *geometry.DEEP_GROOVE["62"])}
+BORE = {"d": 0.05, "D": 0.09, "nu_100": 7e-6, "nu_40": 4.6e-5, "K_rs": 3e-8, "T": 340.0}
 COUPLING = ((0.0, 0.0), (0.4, 0.8), (1.2, 4.0))
 MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
 MATRICES = {
@@ -93,6 +98,10 @@ FIELDS = {
     cams.HarmonicTorque: {"harmonics": HARMONICS},
     cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
+    rolling_bearing.BallBearingInBath: BEARING,
+    rolling_bearing.RollingBearing: BEARING,
+    wind.WindRotor: {"coefficients": ((1.0, 0.2), (1e4, 0.1))},
+    ice.IceTorque: {"blocks": BLOCKS, "Z": 3},
     friction.BearingFriction: {"characteristic": ROWS},
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
@@ -115,6 +124,9 @@ FIELDS = {
 """Structural fields without a usable default."""
 
 SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
+    rolling_bearing.BallBearingInBath: BORE | {"H": 0.02},
+    rolling_bearing.RollingBearing: BORE,
+    hoist.HoistRope: {"l_0": 20.0},
     belts.Belt: {"distance": 6.0},
     continuous.ContinuousElement: {"w": 0.4},
     crank.CrankSlider: {"L": 6.0},
@@ -149,10 +161,15 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 """Parameters for which a random number is none."""
 
 POSITIVE = {
+    rolling_bearing.BallBearingInBath: ["F_r", "F_a"],
+    rolling_bearing.RollingBearing: ["F_r", "F_a"],
+    wind.WindRotor: ["v"],
+    windage.DiscWindage: ["rho", "nu"],
     circuit.VariableResistor: ["R"],
     vehicle.Vehicle: ["cr"],
     friction.JournalFriction: ["f_n"],
     rolling.RollingTorque: ["F", "a"],
+    rolling.StripPass: ["F", "a"],
     tyre.Tyre: ["f_n"],
 }
 """Inputs that make no sense below zero."""

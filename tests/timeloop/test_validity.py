@@ -121,6 +121,34 @@ def test_a_range_that_is_left_for_a_ten_thousandth_of_a_step(method):
     assert set(found.failures) == {1, 3, 5, 8}
 
 
+class OneSided(lp.Component):
+    """A quantity that falls, and must not fall below zero."""
+
+    y: lp.Var = lp.var("1", "quantity", 1.0, state="always")
+    rises: bool = False
+
+    def equations(self):
+        yield lp.der(self.y) == (1.0 if self.rises else -1.0) * lp.ops.cos(lp.time)
+
+    def valid(self):
+        ends = (-np.inf, 1.5) if self.rises else (0.5, np.inf)
+        yield self.y, *ends, "1", "quantity", "Stop before"
+
+
+@pytest.mark.parametrize(("rises", "end"), [(False, r"0\.5"), (True, r"1\.5")])
+def test_a_range_may_be_open_to_one_side(rises, end):
+    """``y = 1 -+ sin(t)`` leaves at 0.5236 s and is back at the end, or not."""
+    system = lp.assemble(OneSided(rises=rises))
+    with pytest.raises(SolverError, match=rf"quantity = {end} 1 passed at t = 0\.5235"):
+        lp.simulate(system, until=3.0, grid=(0.0, 3.0))
+    with pytest.raises(SolverError, match=r"quantity = .* 1 at t = 1 s"):
+        lp.simulate(system, until=1.0, grid=(0.0, 1.0))
+    lp.simulate(system, until=0.5, grid=(0.0, 0.5))
+    outside = 2.0 if rises else 0.4
+    with pytest.raises(SolverError, match=rf"quantity = {outside:g} 1 at t = 0 s"):
+        lp.simulate(system, until=0.1, start={"y": outside})
+
+
 def test_a_range_of_a_quantity_of_another_component_is_refused():
     class Stray(Rubber):
         """A spring that asks for what it does not have: ``tau = c phi_rel``."""

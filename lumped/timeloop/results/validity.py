@@ -42,7 +42,7 @@ class HeldRange:
     def outside(self, values: np.ndarray) -> np.ndarray:
         """Which values lie outside, or are no numbers."""
         low, high = self.range.low, self.range.high
-        slack = _ROUNDING * max(abs(low), abs(high))
+        slack = _ROUNDING * max([abs(end) for end in (low, high) if np.isfinite(end)], default=0.0)
         return ~((values >= low - slack) & (values <= high + slack))
 
     def make_error(
@@ -99,11 +99,14 @@ def refuse_run_outside(run: Trajectory) -> None:
             )
             for k in np.flatnonzero(held.outside(values))[:1].tolist():
                 raise held.make_error(float(values[k]), f"at t = {piece.t[k]:.6g} s", run)
-        for border, value in zip(
-            borders([held.range]), (held.range.high, held.range.low), strict=True
+        for border, value, way in zip(
+            borders([held.range]),
+            (held.range.high, held.range.low),
+            (np.inf, -np.inf),
+            strict=True,
         ):
             for event in run.events:
                 is_own = event.component == (held.path or held.label)
                 if is_own and event.after == repr(border.condition):
-                    beyond = float(np.nextafter(value, np.inf * value))
+                    beyond = float(np.nextafter(value, way))
                     raise held.make_error(beyond, f"passed at t = {event.time:.6g} s", run)

@@ -5,11 +5,12 @@ from collections.abc import Iterator
 
 import numpy as np
 from library_rigs import COUPLING, TWISTS
-from power_terms import Energy, Motion, Power
+from power_terms import Energy, Motion, Power, turning
 
 import lumped as lp
 from lumped.components import Inertia, contact, impact, translation
 from lumped.components import compliance as rotation
+from lumped.components.bearings import windage
 from lumped.components.couplings import (
     elastic_coupling,
     maxwell_coupling,
@@ -30,6 +31,19 @@ def kinetic(mass: str) -> Energy:
 
 def viscous(at: Motion) -> float:
     return at.p["d"] * at.rel(at.v) ** 2
+
+
+def dragged_disc(at: Motion) -> float:
+    w = np.hypot(turning(at), 1e-4)
+    Re = w * at.p["R"] ** 2 / at.p["nu"]
+    C_M = max(2 * 0.616 * np.pi / Re**0.5, 0.146 / Re**0.2)
+    return C_M * at.p["rho"] * at.p["R"] ** 5 * w / 2 * turning(at) ** 2
+
+
+def dragged_gear(at: Motion) -> float:
+    d, b, m = (1e3 * at.p[name] for name in "dbm")
+    v = turning(at) * at.p["d"] / 2
+    return 1.37e-9 * d**1.6 * b**0.52 * m**0.69 * v * np.hypot(v, 1e-4) ** 0.9 * turning(at)
 
 
 def lossy(at: Motion) -> float:
@@ -246,6 +260,8 @@ DISSIPATED: dict[type[lp.Component], Power] = {
         lossy,
     ),
     continuous.ContinuousElement: bar_heat,
+    windage.DiscWindage: dragged_disc,
+    windage.GearWindage: dragged_gear,
     shaft.Shaft: shaft_heat,
     contact.ElastoBacklash: play_heat,
     elastic_coupling.ElasticCoupling: rubber_heat,

@@ -9,6 +9,7 @@ import lumped as lp
 from lumped.components import cam_follower, gravity, linkages, tyre, vehicle, winding
 from lumped.components.engines import crank
 from lumped.components.gearing import belts, harmonic_drive, planetary_stage
+from lumped.components.loads import hoist
 from lumped.components.shafts import cardan
 
 
@@ -42,6 +43,24 @@ def belt_energy(at: Motion) -> complex:
 
 def belt_heat(at: Motion) -> float:
     return sum(np.clip(at.p["d"] * rate, -pull, pull) * rate for pull, rate in strands(at))
+
+
+def hoisted(at: Motion) -> tuple[complex, complex, complex]:
+    """Stretch of the rope of a hoist, its rate, and its free length."""
+    wound, rate = (at.p["r"] * y["drum"] for y in (at.q, at.v))
+    return wound - at.q["load"], rate - at.v["load"], at.p["l_0"] - wound
+
+
+def rope_energy(at: Motion) -> complex:
+    e, _, length = hoisted(at)
+    stretch = at.p["EA"] * e**2 / (2 * length) if e.real > 0 else 0.0
+    return stretch - at.p["m_l"] * at.p["g"] * length**2 / 2
+
+
+def rope_heat(at: Motion) -> float:
+    e, rate, length = hoisted(at)
+    tension = at.p["EA"] * max(0.0, e) / length
+    return np.clip(at.p["D"] / length * rate, -tension, tension) * rate
 
 
 def coil_radius(at: Motion) -> complex:
@@ -220,6 +239,7 @@ def lowered(at: Motion) -> float:
 
 
 STORED: dict[type[lp.Component], Energy] = {
+    hoist.HoistRope: rope_energy,
     belts.Belt: belt_energy,
     cam_follower.CamFollower: follower,
     cardan.CardanShaft: lambda at: at.p["c"] * cardan_twist(at) ** 2 / 2,
@@ -240,6 +260,7 @@ STORED: dict[type[lp.Component], Energy] = {
 
 
 DISSIPATED: dict[type[lp.Component], Power] = {
+    hoist.HoistRope: rope_heat,
     belts.Belt: belt_heat,
     planetary_stage.ElasticPlanetary: stage_heat,
     linkages.PlaneSpring: plane_viscous,

@@ -1,0 +1,1 @@
+"""Rolling bearings, shaft seals and windage."""

@@ -1,0 +1,1 @@
+"""Loads of machines: torques by the speed, ice, wind, road and hoisting."""
