@@ -132,6 +132,10 @@ from lumped.components.gearing.lossy_gear import LossyGear as LossyGear
 from lumped.components.gearing.noncircular import EllipticalGear as EllipticalGear
 from lumped.components.gearing.noncircular import NonCircularGear as NonCircularGear
 from lumped.components.gearing.planetary_stage import ElasticPlanetary as ElasticPlanetary
+from lumped.components.gearing.planetary_stage import PlanarPlanetaryStage as PlanarPlanetaryStage
+from lumped.components.gearing.planetary_stage import PlanetaryStage as PlanetaryStage
+from lumped.components.gearing.planets import Planet as Planet
+from lumped.components.gearing.planets import PlanetOnBearing as PlanetOnBearing
 from lumped.components.gearing.synchroniser import Synchroniser as Synchroniser
 from lumped.components.gravity import SwingingMass as SwingingMass
 from lumped.components.gravity import Weight as Weight

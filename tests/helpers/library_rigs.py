@@ -34,7 +34,15 @@ from lumped.components.control import linear_blocks, sequence, signals
 from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.engines import crank, crankshaft, engine, propeller
-from lumped.components.gearing import belts, gear_mesh, lossy_gear, noncircular, synchroniser
+from lumped.components.gearing import (
+    belts,
+    gear_mesh,
+    lossy_gear,
+    noncircular,
+    planetary_stage,
+    planets,
+    synchroniser,
+)
 from lumped.components.shafts import continuous, notch, notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -52,6 +60,8 @@ MATRICES = {
     "C": ((1.0, 2.0),),
     "D": ((0.3,),),
 }
+PLANET = {"z_s": 20, "z_p": 25, "z_r": 69, "flank": -1, "stiffness_s": MESH, "error_r": MESH}
+STAGE = {"n": 2, "z_s": 20, "z_p": 25, "z_r": 70, "c_s": (2.0, 1.2), "c_r": 3.0, "d_s": 0.4}
 POLYNOMIALS = {"numerator": (1.0, 2.0), "denominator": (2.0, 1.5, 0.7)}
 FIELDS = {
     linear_blocks.StateSpaceBlock: MATRICES,
@@ -64,6 +74,10 @@ FIELDS = {
     engine.Cylinder: {"pressure": GAS},
     crankshaft.Engine: {"cylinders": 2, "firing_order": (1, 2), "c": 2.0, "pressure": GAS},
     gear_mesh.GearMesh: {"stiffness": MESH, "error": MESH},
+    planetary_stage.PlanarPlanetaryStage: STAGE | {"c_b": 1.5},
+    planetary_stage.PlanetaryStage: STAGE,
+    planets.Planet: PLANET,
+    planets.PlanetOnBearing: PLANET,
     propeller.Propeller: {"blades": MESH},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
@@ -119,6 +133,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     notches.Fillet: {"r": 0.2, "d": 1.0, "D": 1.4},
     notches.Keyway: {"r": 0.03, "d": 1.0},
     notches.RadialHole: {"bore": 0.5, "d_hole": 0.1, "d": 1.2},
+    **{kind: {"alpha": 0.4} for kind in (planets.Planet, planets.PlanetOnBearing)},
     **{kind: {"L": 5.0} for kind in (sections.Disc, sections.Hollow, sections.Solid)},
     sections.Splined: {"L": 5.0, "bore": 0.5, "d_root": 1.0, "d": 1.2},
     sections.Keyed: {"L": 5.0, "bore": 0.5, "t": 0.1, "d": 1.2},
