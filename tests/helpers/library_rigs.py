@@ -39,6 +39,7 @@ from lumped.components.gearing import (
     gear_mesh,
     lossy_gear,
     noncircular,
+    planetary_sets,
     planetary_stage,
     planets,
     synchroniser,
@@ -61,6 +62,7 @@ MATRICES = {
     "D": ((0.3,),),
 }
 PLANET = {"z_s": 20, "z_p": 25, "z_r": 69, "flank": -1, "stiffness_s": MESH, "error_r": MESH}
+RAVIGNEAUX = {"z_small": 30, "z_large": 36, "z_short": 17, "z_long": 18, "z_r": 72}
 STAGE = {"n": 2, "z_s": 20, "z_p": 25, "z_r": 70, "c_s": (2.0, 1.2), "c_r": 3.0, "d_s": 0.4}
 POLYNOMIALS = {"numerator": (1.0, 2.0), "denominator": (2.0, 1.5, 0.7)}
 FIELDS = {
@@ -74,6 +76,9 @@ FIELDS = {
     engine.Cylinder: {"pressure": GAS},
     crankshaft.Engine: {"cylinders": 2, "firing_order": (1, 2), "c": 2.0, "pressure": GAS},
     gear_mesh.GearMesh: {"stiffness": MESH, "error": MESH},
+    planetary_sets.CompoundPlanetary: {"z_s": 20, "z_1": 28, "z_2": 16, "z_r": 64},
+    planetary_sets.Ravigneaux: RAVIGNEAUX,
+    planetary_sets.Simpson: {"z_s": 30, "z_p1": 18, "z_r1": 66, "z_p2": 21, "z_r2": 72},
     planetary_stage.PlanarPlanetaryStage: STAGE | {"c_b": 1.5},
     planetary_stage.PlanetaryStage: STAGE,
     planets.Planet: PLANET,
