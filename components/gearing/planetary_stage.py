@@ -152,8 +152,8 @@ class PlanetaryStage(Component):
     torque or none. The mass of the planets moves with the carrier. With rigid meshes it is a
     `Planetary`.
 
-    Source: Kahraman, J. Sound and Vibration 173 (1994) 125 (torsional model); load sharing factor:
-    Singh, Mechanism and Machine Theory 45 (2010) 398.
+    Source: Kahraman, J. Sound and Vibration 173 (1994) 125 (torsional model); review of load
+    sharing: Planet load-sharing and phasing, Machines 10 (2022) 634, doi 10.3390/machines10080634.
     """
 
     symbol = "planetary"

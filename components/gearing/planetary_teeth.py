@@ -1,7 +1,8 @@
 """Whether the wheels of a planetary set mesh, can be assembled and leave room for each other.
 
-Source: Mueller, Die Umlaufgetriebe, 2nd ed. 1998, chapters on meshing and assembly; tooth heights
-are those of ISO 53, addendum of one module.
+A planet fits at an angle if a whole number of teeth passes at each of its meshes between there and
+the first planet, perhaps with a turn of its own. Tip circles have the addendum of one module
+(ISO 53).
 """
 
 from __future__ import annotations
