@@ -146,7 +146,14 @@ from lumped.components.gearing.lossy_gear import EfficientGear as EfficientGear
 from lumped.components.gearing.lossy_gear import LossyGear as LossyGear
 from lumped.components.gearing.noncircular import EllipticalGear as EllipticalGear
 from lumped.components.gearing.noncircular import NonCircularGear as NonCircularGear
+from lumped.components.gearing.planetary_sets import CompoundPlanetary as CompoundPlanetary
+from lumped.components.gearing.planetary_sets import Ravigneaux as Ravigneaux
+from lumped.components.gearing.planetary_sets import Simpson as Simpson
 from lumped.components.gearing.planetary_stage import ElasticPlanetary as ElasticPlanetary
+from lumped.components.gearing.planetary_stage import PlanarPlanetaryStage as PlanarPlanetaryStage
+from lumped.components.gearing.planetary_stage import PlanetaryStage as PlanetaryStage
+from lumped.components.gearing.planets import Planet as Planet
+from lumped.components.gearing.planets import PlanetOnBearing as PlanetOnBearing
 from lumped.components.gearing.screws import BallScrew as BallScrew
 from lumped.components.gearing.screws import LeadScrew as LeadScrew
 from lumped.components.gearing.screws import WormGear as WormGear

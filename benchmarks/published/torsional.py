@@ -6,7 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 import lumped as lp
-from lumped.components import Fixed, IdealGear, Inertia, Spring, SpringDamper
+from lumped.components import (
+    Fixed,
+    IdealGear,
+    Inertia,
+    PlanarPlanetaryStage,
+    Spring,
+    SpringDamper,
+)
 
 
 class Train(NamedTuple):
@@ -163,80 +170,39 @@ TRAINS = (
 )
 
 
-class Wheel(lp.Component):
-    """Carrier, ring, sun or planet: places x, y and the way u of its pitch circle."""
-
-    px = lp.LinearFlange(free=True)
-    py = lp.LinearFlange(free=True)
-    pu = lp.LinearFlange(free=True)
-    m: lp.Param = lp.param("kg", "")
-    J: lp.Param = lp.param("kg", "moment of inertia over the square of the radius")
-    bearing: lp.Param = lp.param("N/m", "", 0.0)
-    held: lp.Param = lp.param("N/m", "stiffness against turning", 0.0)
-    x: lp.Var = lp.var("m", "")
-    y: lp.Var = lp.var("m", "")
-    u: lp.Var = lp.var("m", "")
-
-    def equations(self):
-        for flange, place, mass, stiffness in (
-            (self.px, self.x, self.m, self.bearing),
-            (self.py, self.y, self.m, self.bearing),
-            (self.pu, self.u, self.J, self.held),
-        ):
-            yield flange.s == place
-            yield mass * lp.der(lp.der(place)) == flange.f - stiffness * place
-
-
-class Link(lp.Component):
-    """A spring over a combination of places of two wheels, a mesh or a bearing."""
-
-    ax = lp.LinearFlange()
-    ay = lp.LinearFlange()
-    au = lp.LinearFlange()
-    bx = lp.LinearFlange()
-    by = lp.LinearFlange()
-    bu = lp.LinearFlange()
-    c: lp.Param = lp.param("N/m", "")
-    ways: tuple[float, ...] = ()
-    force: lp.Var = lp.var("N", "")
-
-    def equations(self):
-        flanges = self.ax, self.ay, self.au, self.bx, self.by, self.bu
-        ways = [(flange, float(w)) for flange, w in zip(flanges, self.ways, strict=True)]
-        yield self.force == self.c * sum(flange.s * w for flange, w in ways if w)
-        for flange, w in ways:
-            yield flange.f == w * self.force
-
-
-ANGLE = np.radians(24.6)
-
-
 def planetary(n):
-    """Planets that move in their plane: carrier, ring and sun with meshes and bearings."""
-    s, c, links = np.sin(ANGLE), np.cos(ANGLE), []
-    for k in range(n):
-        psi = 2 * np.pi * k / n
-        inner, outer = psi - ANGLE, psi + ANGLE
-        links += [
-            ("sun", k, 5e8, (-np.sin(inner), np.cos(inner), 1.0, -s, -c, 1.0)),
-            ("ring", k, 5e8, (-np.sin(outer), np.cos(outer), 1.0, s, -c, -1.0)),
-            ("carrier", k, 1e8, (np.cos(psi), np.sin(psi), 0.0, -1.0, 0.0, 0.0)),
-            ("carrier", k, 1e8, (-np.sin(psi), np.cos(psi), 1.0, 0.0, -1.0, 0.0)),
-        ]
-
-    def joints(m):
-        for link, (name, k, _, _) in zip(m.link, links, strict=True):
-            for way in "xyu":
-                yield lp.connect(getattr(link, f"a{way}"), getattr(getattr(m, name), f"p{way}"))
-                yield lp.connect(getattr(link, f"b{way}"), getattr(m.planet[k], f"p{way}"))
-
+    """Stage of n planets that move in their plane, by the inertias over the square of a radius."""
+    alpha, r_s = np.radians(24.6), 0.04
+    r_p, r_r, a = r_s / 2, 2 * r_s, 1.5 * r_s / np.cos(alpha)
+    bearings = dict.fromkeys(("c_b", "c_sun", "c_carrier", "c_ring"), 1e8)
+    stage = PlanarPlanetaryStage(
+        **bearings,
+        n=n,
+        z_s=40,
+        z_p=20,
+        z_r=80,
+        r_s=r_s,
+        alpha=alpha,
+        m_p=0.66,
+        J_p=0.61 * r_p**2,
+        c_s=5e8,
+        c_r=5e8,
+        m_sun=0.4,
+        m_carrier=5.43,
+        m_ring=2.35,
+    )
     return lp.compose(
-        carrier=Wheel(m=5.43, J=6.29, bearing=1e8),
-        ring=Wheel(m=2.35, J=3.00, bearing=1e8, held=1e9),
-        sun=Wheel(m=0.4, J=0.39, bearing=1e8),
-        planet=[Wheel(m=0.66, J=0.61) for _ in range(n)],
-        link=[Link(c=stiffness, ways=ways) for _, _, stiffness, ways in links],
-        connections=lambda m: list(joints(m)),
+        stage=stage,
+        sun=Inertia(J=0.39 * r_s**2),
+        carrier=Inertia(J=6.29 * a**2),
+        ring=Inertia(J=3.0 * r_r**2),
+        hold=Spring(c=1e9 * r_r**2),
+        ground=Fixed(),
+        connections=lambda m: [
+            lp.connect(m.stage.sun, m.sun.flange_a),
+            lp.connect(m.stage.carrier, m.carrier.flange_a),
+            *lp.chain(m.stage.ring, m.ring, m.hold, m.ground),
+        ],
     )
 
 

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from lumped import Component, Connection, Flange, Param, chain, connect, param
 from lumped.components.compliance import Damper, SpringDamper
+from lumped.components.each import one_for_each
 from lumped.components.engines.engine import Cylinder, Misfire
 from lumped.components.inertia import Inertia
 from lumped.components.sources import Fixed
@@ -26,17 +27,19 @@ _ALIKE = ("pressure", "loads", "over_speed", "tangential", "strokes", "shape", "
 
 
 def _throws(engine: Engine) -> list[Inertia]:
-    return [Inertia(J=J) for J in engine._each("J", engine._throws())]
+    return [Inertia(J=J) for J in one_for_each(engine, "J", engine._throws())]
 
 
 def _shafts(engine: Engine) -> list[SpringDamper]:
     count = engine._throws() - 1
-    both = zip(engine._each("c", count), engine._each("d_shaft", count), strict=True)
+    both = zip(
+        one_for_each(engine, "c", count), one_for_each(engine, "d_shaft", count), strict=True
+    )
     return [SpringDamper(c=c, d=d) for c, d in both]
 
 
 def _oil(engine: Engine) -> list[Damper]:
-    return [Damper(d=d) for d in engine._each("d", engine._throws())]
+    return [Damper(d=d) for d in one_for_each(engine, "d", engine._throws())]
 
 
 def _cylinders(engine: Engine) -> list[Cylinder]:
@@ -188,15 +191,3 @@ class Engine(Component):
                     f"from 1 to {self.cylinders}."
                 )
         return found
-
-    def _each(self, name: str, count: int) -> list[float]:
-        """A number for each of some parts."""
-        given = getattr(self, name)
-        if not isinstance(given, tuple):
-            return [given] * count
-        if len(given) != count:
-            raise DeclarationError(
-                f"{self._label()}: {name} = {shown(given)}: one number for all, or {count} of them "
-                f"are needed, {len(given)} were given."
-            )
-        return list(given)

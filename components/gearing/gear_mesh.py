@@ -65,7 +65,7 @@ class GearMesh(Component):
         a, b, housing = self.flange_a, self.flange_b, self.support
         phi_a, phi_b = a.phi - housing.phi, b.phi - housing.phi
         x = self.z * phi_a
-        e, e_slope = _sum(self._rows("error", self.error), x)
+        e, e_slope = harmonic_sum(harmonic_rows("error", self.error), x)
         share, share_slope = self._share(x)
         yield self.x == x
         yield self.e == e
@@ -81,7 +81,7 @@ class GearMesh(Component):
         """What the stiffness varies by, relative to its mean, and its derivative by the angle."""
         ratio = self.contact_ratio
         if not ratio:
-            return _sum(self._rows("stiffness", self.stiffness), x)
+            return harmonic_sum(harmonic_rows("stiffness", self.stiffness), x)
         if self.stiffness:
             raise EquationError("stiffness and contact_ratio: give one of them.")
         if not 1 <= ratio < float("inf"):
@@ -91,15 +91,7 @@ class GearMesh(Component):
             (float(k), 2 * sin(pi * k * q) / (pi * k * ratio), 0.0)
             for k in range(1, self.harmonics + 1)
         ]
-        return _sum(rows, x)
-
-    @staticmethod
-    def _rows(name: str, rows: Rows) -> list[tuple[float, Number, float]]:
-        if not rows:
-            return []
-        what = "harmonic, amplitude and phase (rad)"
-        found = rows_of(name, rows, what, "((1, 0.2, 0.0), (2, 0.1, 0.0))", 3)
-        return [(k, Datum(amplitude), p) for k, amplitude, p in found]
+        return harmonic_sum(rows, x)
 
     def stored(self) -> Expr:
         """Elastic energy, J."""
@@ -110,7 +102,22 @@ class GearMesh(Component):
         return self.d * self.v**2
 
 
-def _sum(rows: Iterable[tuple[float, Number, float]], x: Expr) -> tuple[Expr, Expr]:
+def harmonic_rows(name: str, rows: Rows) -> list[tuple[float, Number, float]]:
+    """Rows of harmonic, amplitude and phase; none without rows.
+
+    Raises
+    ------
+    EquationError
+        If they are no such rows.
+    """
+    if not rows:
+        return []
+    what = "harmonic, amplitude and phase (rad)"
+    found = rows_of(name, rows, what, "((1, 0.2, 0.0), (2, 0.1, 0.0))", 3)
+    return [(k, Datum(amplitude), p) for k, amplitude, p in found]
+
+
+def harmonic_sum(rows: Iterable[tuple[float, Number, float]], x: Expr) -> tuple[Expr, Expr]:
     """Sum of harmonics, and its derivative by the angle."""
     total: Expr = Datum(0.0)
     slope: Expr = Datum(0.0)

@@ -42,6 +42,9 @@ from lumped.components.gearing import (
     harmonic_drive,
     lossy_gear,
     noncircular,
+    planetary_sets,
+    planetary_stage,
+    planets,
     screws,
     synchroniser,
 )
@@ -66,6 +69,9 @@ MATRICES = {
     "C": ((1.0, 2.0),),
     "D": ((0.3,),),
 }
+PLANET = {"z_s": 20, "z_p": 25, "z_r": 69, "flank": -1, "stiffness_s": MESH, "error_r": MESH}
+RAVIGNEAUX = {"z_small": 30, "z_large": 36, "z_short": 17, "z_long": 18, "z_r": 72}
+STAGE = {"n": 2, "z_s": 20, "z_p": 25, "z_r": 70, "c_s": (2.0, 1.2), "c_r": 3.0, "d_s": 0.4}
 POLYNOMIALS = {"numerator": (1.0, 2.0), "denominator": (2.0, 1.5, 0.7)}
 RISES = cam_follower.cam_motion(((0.3, 0.0), (1.5, 0.4), (2.0, 0.4), (3.5, 0.1)), "polynomial")
 FIELDS = {
@@ -80,6 +86,13 @@ FIELDS = {
     crankshaft.Engine: {"cylinders": 2, "firing_order": (1, 2), "c": 2.0, "pressure": GAS},
     gear_mesh.GearMesh: {"stiffness": MESH, "error": MESH},
     harmonic_drive.HarmonicDrive: {"errors": HARMONICS},
+    planetary_sets.CompoundPlanetary: {"z_s": 20, "z_1": 28, "z_2": 16, "z_r": 64},
+    planetary_sets.Ravigneaux: RAVIGNEAUX,
+    planetary_sets.Simpson: {"z_s": 30, "z_p1": 18, "z_r1": 66, "z_p2": 21, "z_r2": 72},
+    planetary_stage.PlanarPlanetaryStage: STAGE | {"c_b": 1.5},
+    planetary_stage.PlanetaryStage: STAGE,
+    planets.Planet: PLANET,
+    planets.PlanetOnBearing: PLANET,
     propeller.Propeller: {"blades": MESH},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
@@ -146,6 +159,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     notches.Fillet: {"r": 0.2, "d": 1.0, "D": 1.4},
     notches.Keyway: {"r": 0.03, "d": 1.0},
     notches.RadialHole: {"bore": 0.5, "d_hole": 0.1, "d": 1.2},
+    **{kind: {"alpha": 0.4} for kind in (planets.Planet, planets.PlanetOnBearing)},
     **{kind: {"L": 5.0} for kind in (sections.Disc, sections.Hollow, sections.Solid)},
     sections.Splined: {"L": 5.0, "bore": 0.5, "d_root": 1.0, "d": 1.2},
     sections.Keyed: {"L": 5.0, "bore": 0.5, "t": 0.1, "d": 1.2},

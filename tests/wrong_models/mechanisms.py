@@ -16,6 +16,7 @@ from lumped.components import (
     Planetary,
     Position,
     PulseTorque,
+    Ravigneaux,
     RollingTorque,
     Speed,
     Strip,
@@ -23,7 +24,7 @@ from lumped.components import (
     StrokeLoad,
     translation,
 )
-from lumped.errors import EquationError, OptionError, ParameterError, SolverError
+from lumped.errors import DeclarationError, EquationError, OptionError, ParameterError, SolverError
 from lumped.transmissions import from_ratio, through
 from tests.helpers.rows import assemble_row, assemble_rows
 
@@ -279,3 +280,35 @@ def stroke_backwards():
         ram=translation.Mass(m=1.0),
     )
     lp.start_point(model)
+
+
+def planetary_set(**given):
+    """A motor and two bodies on a Ravigneaux set."""
+    teeth = {"z_small": 30, "z_large": 36, "z_short": 17, "z_long": 18, "z_r": 72}
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_a, m.gears.small_sun),
+            lp.connect(m.wheel.flange_a, m.gears.ring),
+        ],
+        motor=Inertia(J=0.1),
+        gears=Ravigneaux(**teeth | given),
+        wheel=Inertia(J=2.0),
+    )
+
+
+@mechanisms(DeclarationError, "gears (Ravigneaux)", "z_r = 75", "72 teeth are needed")
+def ring_that_does_not_mesh():
+    """The ring of a planetary set has teeth that do not fit those of sun and planets."""
+    planetary_set(z_r=75)
+
+
+@mechanisms(DeclarationError, "n = 4 planets", "10.5 is not whole", "n = 1, 2, 3, 6")
+def planets_that_cannot_be_assembled():
+    """Four planets at equal angles, with teeth for three."""
+    planetary_set(n=4)
+
+
+@mechanisms(DeclarationError, "collide", "19.5 modules", "fewer planets")
+def planets_that_collide():
+    """So many planets that neighbours touch."""
+    planetary_set(n=6)

@@ -3,12 +3,13 @@
 from collections.abc import Iterator
 
 import numpy as np
+from library_rigs import MESH, STAGE
 from power_terms import Energy, Motion, Power, bounded
 
 import lumped as lp
 from lumped.components import cam_follower, gravity, linkages, tyre, vehicle, winding
 from lumped.components.engines import crank
-from lumped.components.gearing import belts, harmonic_drive, planetary_stage
+from lumped.components.gearing import belts, harmonic_drive, planetary_stage, planets
 from lumped.components.loads import hoist
 from lumped.components.shafts import cardan
 
@@ -228,6 +229,93 @@ def follower(at: Motion) -> complex:
     return p["m"] * at.v["follower"] ** 2 / 2 + (p["F_0"] + p["c"] * s / 2) * s
 
 
+def varied(mean: float, angle: complex) -> complex:
+    return mean * (1 + sum(share * np.cos(k * angle + p) for k, share, p in MESH))
+
+
+def planet_energy(at: Motion) -> complex:
+    """Elastic energy of the meshes of one planet, and its kinetic energy."""
+    p, q, v, x = at.p, at.q, at.v, at.x
+    elastic = varied(p["c_s"], 20 * (q["sun"] - q["carrier"]) + p["gamma_s"]) * x["s_s"] ** 2
+    elastic += p["c_r"] * x["s_r"] ** 2
+    a = p["r_s"] * (20 + 25) / 20 / np.cos(p["alpha"])
+    across = np.array([v["carrier_x"], v["carrier_y"]])
+    if "s_radial" in x:
+        elastic += p["c_b"] * (x["s_radial"] ** 2 + x["s_tangential"] ** 2)
+        velocity = np.array([x["v_radial"], x["v_tangential"]])
+    else:
+        velocity = across + a * v["carrier"] * in_plane(p["psi"] + np.pi / 2)
+    return (elastic + p["m"] * velocity @ velocity + p["J"] * x["w_p"] ** 2) / 2
+
+
+def planet_heat(at: Motion) -> float:
+    p, rates = at.p, at.rates
+    meshes = p["d_s"] * rates["s_s"] ** 2 + p["d_r"] * rates["s_r"] ** 2
+    if "s_radial" in rates:
+        meshes += p["d_b"] * (rates["s_radial"] ** 2 + rates["s_tangential"] ** 2)
+    return meshes
+
+
+def two_planets(at: Motion) -> Iterator[tuple[complex, ...]]:
+    """Deflections of the meshes of two opposite planets, and yields of their bearings.
+
+    What is no state follows from the sum of both deflections, which the spin does not change.
+    """
+    x, alpha = at.x, at.p["alpha"]
+    common = None
+    for i, psi in enumerate((0.0, np.pi)):
+        own = {
+            name: x.get(f"planets[{i}].{name}")
+            for name in ("s_s", "s_r", "s_radial", "s_tangential")
+        }
+        across = 0.0
+        if "at_sun.x" in x:
+            for name, way in (("sun", psi - alpha), ("ring", psi + alpha)):
+                across += [x[f"at_{name}.x"], x[f"at_{name}.y"]] @ in_plane(way + np.pi / 2)
+            carried = [x["at_carrier.x"], x["at_carrier.y"]] @ in_plane(psi + np.pi / 2)
+            across -= 2 * np.cos(alpha) * carried
+        if common is None:
+            common = own["s_s"] + own["s_r"] - across
+            common += 2 * np.cos(alpha) * (own["s_tangential"] or 0.0)
+        elif own["s_radial"] is None:
+            own["s_r"] = common + across - own["s_s"]
+        else:
+            left = common + across - own["s_s"] - own["s_r"]
+            own["s_tangential"] = -left / (2 * np.cos(alpha))
+        yield tuple(own[name] or 0.0 for name in own)
+
+
+def stage_one_by_one(at: Motion) -> complex:
+    p, x = at.p, at.x
+    a = p["r_s"] * (20 + 25) / 20 / np.cos(p["alpha"])
+    total = 0.0
+    for i, (s_s, s_r, out, along) in enumerate(two_planets(at)):
+        total += STAGE["c_s"][i] * s_s**2 + STAGE["c_r"] * s_r**2
+        total += 1.5 * (out**2 + along**2) + p["J_p"] * x[f"planets[{i}].w_p"] ** 2
+        if "at_sun.x" in x:
+            velocity = [x[f"planets[{i}].v_radial"], x[f"planets[{i}].v_tangential"]]
+        else:
+            velocity = [0.0, a * at.v["carrier"]]
+        total += p["m_p"] * np.dot(velocity, velocity)
+    for name in ("sun", "carrier", "ring"):
+        if "at_sun.x" in x:
+            y, v = ([x[f"at_{name}.{d}{e}"] for e in "xy"] for d in ("", "v_"))
+            total += p[f"c_{name}"] * np.dot(y, y) + p[f"m_{name}"] * np.dot(v, v)
+    return total / 2
+
+
+def stage_one_by_one_heat(at: Motion) -> float:
+    h = 1e-30
+    moved = {name: at.x[name] + 1j * h * at.rates[name] for name in at.x}
+    pairs = two_planets(Motion(at.p, at.q, at.v, at.a, moved, at.rates))
+    lost = sum(STAGE["d_s"] * (s_s.imag / h) ** 2 for s_s, *_ in pairs)
+    for name in ("sun", "carrier", "ring"):
+        if "at_sun.x" in at.x:
+            v = [at.x[f"at_{name}.v_{e}"] for e in "xy"]
+            lost += at.p[f"d_{name}"] * np.dot(v, v)
+    return lost
+
+
 def swinging(at: Motion) -> complex:
     p = at.p
     height = p["R"] * np.sin(at.q["flange"] + p["phi0"])
@@ -245,6 +333,10 @@ STORED: dict[type[lp.Component], Energy] = {
     cardan.CardanShaft: lambda at: at.p["c"] * cardan_twist(at) ** 2 / 2,
     harmonic_drive.HarmonicDrive: splines,
     planetary_stage.ElasticPlanetary: stage_energy,
+    planetary_stage.PlanarPlanetaryStage: stage_one_by_one,
+    planetary_stage.PlanetaryStage: stage_one_by_one,
+    planets.Planet: planet_energy,
+    planets.PlanetOnBearing: planet_energy,
     linkages.Bar: bar_energy,
     linkages.PlaneSpring: plane_elastic,
     tyre.Tyre: tread_energy,
@@ -263,6 +355,10 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     hoist.HoistRope: rope_heat,
     belts.Belt: belt_heat,
     planetary_stage.ElasticPlanetary: stage_heat,
+    planetary_stage.PlanarPlanetaryStage: stage_one_by_one_heat,
+    planetary_stage.PlanetaryStage: stage_one_by_one_heat,
+    planets.Planet: planet_heat,
+    planets.PlanetOnBearing: planet_heat,
     linkages.PlaneSpring: plane_viscous,
     tyre.Tyre: tread_heat,
     crank.StrokeLoad: working,
