@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import acos, asin, atan, cos, degrees, inf, pi, sin, sqrt, tan
+from math import acos, asin, atan, cos, degrees, floor, inf, pi, sin, sqrt, tan
 
 import scipy
 
 from lumped.errors import OptionError
+from lumped.numerics.harmonic_sums import Harmonics
 from lumped.support.arguments import checked
 from lumped.support.units import plain
 
@@ -196,3 +197,29 @@ def helix_for_centre(teeth: tuple[int, int], *, module: float, centre: float) ->
             f"helix_for_centre: {centre:g} m: spur gears are {module * sum(teeth) / 2:g} m apart."
         )
     return acos(share)
+
+
+def lines_of_contact(ratio: float, overlap: float, count: int) -> Harmonics:
+    """First harmonics over the pitch of the total length of the lines of contact over its mean.
+
+    A pair of teeth is in contact over `ratio` pitches; along a helix it enters and leaves over
+    `overlap` pitches. The length is greatest at the angle zero.
+
+    Parameters
+    ----------
+    ratio, overlap : float
+        Transverse contact ratio, at least 1, and overlap ratio.
+    count : int
+        Of harmonics.
+
+    Returns
+    -------
+    Harmonics
+    """
+    q = ratio - floor(ratio)
+    found = []
+    for k in range(1, count + 1):
+        along = pi * k * overlap
+        share = 2 * sin(pi * k * q) / (pi * k * ratio) * (sin(along) / along if along else 1.0)
+        found.append((float(k), share, 0.0))
+    return found
