@@ -9,8 +9,8 @@ and Barber, Energy conserving equations of motion for gear systems, J. Vibration
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.gearing.mesh_series import (
@@ -22,11 +22,12 @@ from lumped.components.gearing.mesh_series import (
     summed,
 )
 from lumped.components.unilateral import across_play, force_across_play
-from lumped.errors import EquationError
+from lumped.errors import EquationError, shown
 from lumped.language.expression import Number
 from lumped.language.value_types import Rows
 
 if TYPE_CHECKING:
+    from lumped.life.mesh_stiffness import MeshStiffness
     from lumped.numerics.harmonic_sums import Harmonics
 
 __all__ = ["GearMesh"]
@@ -34,11 +35,30 @@ __all__ = ["GearMesh"]
 FLANKS = ("drive flank", "back flank", "parted")
 
 
+def _teeth(mesh: GearMesh) -> MeshStiffness | None:
+    if mesh.teeth is not None and not hasattr(mesh.teeth, "shares"):
+        raise EquationError(
+            f"teeth = {shown(mesh.teeth)}: lumped.life.MeshStiffness(pair) of a GearPair is needed."
+        )
+    return mesh.teeth
+
+
+def _of_teeth(read: Callable[[MeshStiffness], float], without: float | None = None) -> Any:
+    """Default of a parameter that follows from the teeth."""
+
+    def default(mesh: GearMesh) -> float | None:
+        teeth = _teeth(mesh)
+        return without if teeth is None else read(teeth)
+
+    return default
+
+
 def _mean_stiffness(mesh: GearMesh) -> float | None:
-    """Default of the mean stiffness, N/m: that of a curve."""
+    """Default of the mean stiffness, N/m: that of the curve or of the teeth."""
     if len(mesh.stiffness_curve):
         return mean_of_curve("stiffness_curve", mesh.stiffness_curve)
-    return None
+    teeth = _teeth(mesh)
+    return None if teeth is None else teeth.mean
 
 
 class GearMesh(Component):
@@ -69,6 +89,9 @@ class GearMesh(Component):
     relief, of which the mean does not count. Curves and contact ratios are taken by their first
     `harmonics`.
 
+    With `teeth`, a `lumped.life.MeshStiffness`, gear a is the pinion: radii, stiffness and backlash
+    follow from the geometry of the pair, and b is internal if its wheel is.
+
     `dte` is the dynamic transmission error, ``s + e``. The torques follow from virtual work,
     ``tau_a = f (r_a - z e') + z c' g^2 / 2`` and ``tau_b = f r_b``, ``-f r_b`` if internal.
     """
@@ -77,6 +100,7 @@ class GearMesh(Component):
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
+    teeth: MeshStiffness | None = None
     internal: bool = False
     stiffness: Rows = ()
     stiffness_curve: Rows = ()
@@ -86,16 +110,28 @@ class GearMesh(Component):
     error_curve: Rows = ()
     harmonics: int = 8
     limited: bool = True
-    r_a: Param = param("m", "base radius of gear a", above=0)
-    r_b: Param = param("m", "base radius of gear b", above=0)
-    z: Param = param("1", "teeth of gear a", min=1)
+    r_a: Param = param(
+        "m", "base radius of gear a", _of_teeth(lambda t: t.pair.base_diameters[0] / 2), above=0
+    )
+    r_b: Param = param(
+        "m",
+        "base radius of gear b",
+        _of_teeth(lambda t: abs(t.pair.base_diameters[1]) / 2),
+        above=0,
+    )
+    z: Param = param("1", "teeth of gear a", _of_teeth(lambda t: t.pair.teeth[0]), min=1)
     c: Param = param("N/m", "mean stiffness along the line of action", _mean_stiffness, above=0)
     d: Param = param("N.s/m", "viscous damping along the line of action", 0.0, min=0)
-    b: Param = param("m", "whole backlash along the line of action", 0.0, min=0)
+    b: Param = param(
+        "m",
+        "whole backlash along the line of action",
+        _of_teeth(lambda t: max(t.pair.backlash, 0.0), 0.0),
+        min=0,
+    )
     x: Var = var("rad", "angle of the mesh, 2 pi for each tooth", state="avoid")
     e: Var = var("m", "transmission error of the unloaded teeth")
-    dte: Var = var("m", "dynamic transmission error", state="avoid")
     s: Var = var("m", "deflection along the line of action", nominal=1e-5, state="prefer")
+    dte: Var = var("m", "dynamic transmission error", state="avoid")
     g: Var = var("m", "deflection beyond the backlash")
     v: Var = var("m/s", "rate of the deflection")
     f: Var = var("N", "force along the line of action, positive on the drive flank")
@@ -106,14 +142,15 @@ class GearMesh(Component):
     def equations(self) -> Iterator[Equation]:
         a, b, housing = self.flange_a, self.flange_b, self.support
         phi_a, phi_b = a.phi - housing.phi, b.phi - housing.phi
-        r_b = -self.r_b if self.internal else self.r_b
+        internal = self.internal or (self.teeth is not None and self.teeth.pair.internal)
+        r_b = -self.r_b if internal else self.r_b
         x = self.z * phi_a
         e, e_slope = summed(self._error(), x)
         c, c_slope = self._stiffness(x), self.c * summed(self._shares(), x)[1]
         yield self.x == x
         yield self.e == e
-        yield self.dte == self.r_a * phi_a + r_b * phi_b
-        yield self.s == self.dte - self.e
+        yield self.s == self.r_a * phi_a + r_b * phi_b - self.e
+        yield self.dte == self.s + self.e
         yield self.v == der(self.s)
         flanks = self.s - self.b / 2, self.s + self.b / 2
         yield self.g == across_play(self.s, self.b, flanks, self.s, FLANKS)
@@ -139,9 +176,9 @@ class GearMesh(Component):
     def _shares(self) -> Harmonics:
         """What the stiffness varies by, relative to its mean."""
         rows, curve, ratio = self.stiffness, self.stiffness_curve, self.contact_ratio
-        if sum((len(rows) > 0, len(curve) > 0, ratio != 0)) > 1:
+        if sum((len(rows) > 0, len(curve) > 0, ratio != 0, self.teeth is not None)) > 1:
             raise EquationError(
-                "stiffness, stiffness_curve and contact_ratio: give one of them at most."
+                "stiffness, stiffness_curve, contact_ratio and teeth: give one of them at most."
             )
         if len(rows):
             return positive(of_rows("stiffness", rows))
@@ -151,7 +188,7 @@ class GearMesh(Component):
             return positive([(k, amplitude / mean, p) for k, amplitude, p in found])
         if ratio:
             return positive(of_contact(ratio, self.overlap_ratio, self.harmonics))
-        return []
+        return [] if self.teeth is None else positive(self.teeth.shares(self.harmonics))
 
     def _error(self) -> Harmonics:
         """Transmission error of the unloaded teeth."""

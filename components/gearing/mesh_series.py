@@ -62,13 +62,13 @@ def of_contact(ratio: float, overlap: float, harmonics: int) -> Harmonics:
     Parameters
     ----------
     ratio, overlap, harmonics
-        Of `lumped.life.gear_pair.lines_of_contact`.
+        Of `lumped.life.mesh_stiffness.lines_of_contact`.
 
     Returns
     -------
     Harmonics
     """
-    from lumped.life.gear_pair import lines_of_contact
+    from lumped.life.mesh_stiffness import lines_of_contact
 
     for name, value, least in (("contact_ratio", ratio, 1), ("overlap_ratio", overlap, 0)):
         if not least <= value < float("inf"):

@@ -12,7 +12,7 @@ import lumped as lp
 from lumped.components import Damper, Fixed, GearMesh, Inertia, Position, Speed, Torque
 from lumped.components.gearing.mesh_series import of_curve
 from lumped.errors import LumpedError
-from lumped.life.gear_pair import lines_of_contact
+from lumped.life.mesh_stiffness import lines_of_contact
 
 J, R, C, D, PLAY, SPEED = 0.05, 0.1, 1e7, 400.0, 1e-4, 0.6
 M = J / R**2
