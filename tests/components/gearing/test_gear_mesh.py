@@ -174,11 +174,42 @@ def test_an_orbit_with_impacts_is_that_of_the_exponentials():
     assert contacts == 1
     assert orbit["mesh.s"].min() < 1  # the teeth part
     np.testing.assert_allclose(begin, fixed, rtol=1e-8)
-    h = 1e-5
-    steps = [flown(fixed + h * y, n)[0] - flown(fixed - h * y, n)[0] for y in np.eye(2)]
-    expected = np.linalg.eigvals(np.array(steps).T / (2 * h))
+    expected = np.linalg.eigvals(slopes(fixed, n))
     found = np.sort_complex(orbit.multipliers)
     np.testing.assert_allclose(found, np.sort_complex(expected), rtol=1e-6)
+
+
+def slopes(begin, n):
+    """Derivatives of the end of a period by its beginning."""
+    h = 1e-5
+    steps = [flown(begin + h * y, n)[0] - flown(begin - h * y, n)[0] for y in np.eye(2)]
+    return np.array(steps).T / (2 * h)
+
+
+def test_jumps_of_the_pair_are_where_the_exponentials_have_a_multiplier_of_one():
+    orbit = lp.periodic(
+        pair(1.4),
+        period=2 * np.pi / 1.4,
+        start={"mesh.s": 1.1, "gear.w": 0.0},
+        warm_up=100 * 2 * np.pi / 1.4,
+    )
+    branch = lp.orbits.branch(orbit, along={"push.n": (0.3, 1.4)}, turns=1)
+    folds = branch.named("fold")
+    assert len(folds) == 2
+    for fold in folds:
+        near = branch.orbit(fold.number)
+
+        def closes(unknown):
+            begin, n = unknown[:2], unknown[2]
+            return [*flown(begin, n)[0] - begin, np.linalg.det(slopes(begin, n) - np.eye(2))]
+
+        guess = [near["mesh.s"][0], near["gear.w"][0], fold.value]
+        found = scipy.optimize.fsolve(closes, guess, xtol=1e-12)
+        print(found[2], fold.value / found[2] - 1)
+        assert fold.value == pytest.approx(found[2], rel=1e-7)
+        assert flown(found[:2], found[2])[1] == 1  # once a period the teeth part and meet
+    low, high = sorted(fold.value for fold in folds)
+    assert [orbit.stable for orbit in branch.at((low + high) / 2)].count(True) == 2
 
 
 @pytest.mark.parametrize(("ratio", "overlap"), [(1.6, 0.0), (1.3, 0.4), (2.2, 1.45)])
