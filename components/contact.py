@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
-from lumped.components.unilateral import one_sided
-from lumped.ops import where
+from lumped import Component, Equation, Flange, Param, Var, der, param, var
+from lumped.components.unilateral import force_across_play
 
 __all__ = ["ElastoBacklash"]
 
@@ -35,20 +34,14 @@ class ElastoBacklash(Component):
     def equations(self) -> Iterator[Equation]:
         yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
         yield self.w_rel == der(self.phi_rel)
-        x, damping = self.phi_rel - self.phi_rel0, self.d * self.w_rel
-        front = self._push(self.c * (x - self.b / 2), damping, "front flank")
-        back = -self._push(-self.c * (x + self.b / 2), -damping, "back flank")
-        on_front = (x > self.b / 2).called("front flank", "in the play")
-        on_back = (x < -self.b / 2).called("back flank", "in the play")
-        contact = where(on_front, front, where(on_back, back, 0))
-        yield self.tau == where(self.b >= 1e-10, contact, self.c * x + damping)
+        yield self.tau == force_across_play(
+            self.phi_rel - self.phi_rel0,
+            self.b,
+            self.c,
+            self.d * self.w_rel,
+            self.d,
+            ("front flank", "back flank", "in the play"),
+            limited=self.limited,
+        )
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
-
-    def _push(self, elastic: Expr, damping: Expr, flank: str) -> Expr:
-        """Torque of a flank from its elastic and damping parts, positive when it pushes."""
-        if self.limited:
-            return one_sided(elastic, damping, self.d, flank)
-        # in contact, this changes only when the push ends
-        pushes = (elastic + damping > 0).called(f"{flank} pushes", f"{flank} has let go")
-        return where(pushes, elastic + damping, 0)

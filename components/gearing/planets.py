@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, LinearFlange, Param, Var, der, param, var
-from lumped.components.gearing.gear_mesh import harmonic_rows, harmonic_sum
+from lumped.components.gearing.mesh_series import of_rows, positive, summed
 from lumped.components.gearing.planetary_teeth import least_angle
 from lumped.language.value_types import Rows
 from lumped.ops import acos, cos, sin
@@ -105,8 +105,8 @@ class Planet(Component):
         x, y = self.carrier_x.s, self.carrier_y.s
         radial = x * cos(psi) + y * sin(psi) + self.pin_r + self.s_radial
         tangential = y * cos(psi) - x * sin(psi) + self.pin_t + self.s_tangential
-        e_s, along_s = harmonic_sum(harmonic_rows("error_s", self.error_s), self._mesh_s())
-        e_r, along_r = harmonic_sum(harmonic_rows("error_r", self.error_r), self._mesh_r())
+        e_s, along_s = summed(of_rows("error_s", self.error_s), self._mesh_s())
+        e_r, along_r = summed(of_rows("error_r", self.error_r), self._mesh_r())
         (share_s, slope_s), (share_r, slope_r) = self._shares()
         yield self.s_s == (
             r_s * at_sun + r_p * spin - self.sun_x.s * sin(to_s) + self.sun_y.s * cos(to_s)
@@ -177,8 +177,8 @@ class Planet(Component):
     def _shares(self) -> tuple[tuple[Expr, Expr], tuple[Expr, Expr]]:
         """What the stiffnesses vary by, relative to their means, and the slopes of that."""
         return (
-            harmonic_sum(harmonic_rows("stiffness_s", self.stiffness_s), self._mesh_s()),
-            harmonic_sum(harmonic_rows("stiffness_r", self.stiffness_r), self._mesh_r()),
+            summed(positive(of_rows("stiffness_s", self.stiffness_s)), self._mesh_s()),
+            summed(positive(of_rows("stiffness_r", self.stiffness_r)), self._mesh_r()),
         )
 
     def stored(self) -> Expr:

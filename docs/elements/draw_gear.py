@@ -14,6 +14,7 @@ from lumped.components import (
     ElasticPlanetary,
     Fixed,
     FixedTemperature,
+    GearMesh,
     Inertia,
     InverseTorque,
     LinearTorque,
@@ -24,6 +25,7 @@ from lumped.components import (
     Torque,
     Vehicle,
 )
+from lumped.life import GearPair, MeshStiffness
 
 FOLDER = Path(__file__).parent
 LOSSES = (
@@ -93,6 +95,41 @@ def draw_elastic_planetary():
     axes.set(xlabel="frequency, Hz", ylabel="force of a mesh over torque, N/N.m")
     axes.set(title="sun 0.01, carrier 0.15 kg.m2, ring held")
     finish(figure, "elastic_planetary")
+
+
+def draw_gear_mesh():
+    """Force over deflection at two speeds; stiffness and static error over the pitch."""
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(9.0, 3.1))
+    for speed in (0.01, 0.3):
+        for way in (1, -1):
+            mesh = GearMesh(r_a=1.0, r_b=1.0, z=1, c=4e8, d=2e5, b=5e-5, s=-way * 5e-5)
+            model = lp.compose(
+                drive=Speed(w=way * speed),
+                mesh=mesh,
+                wall=Fixed(),
+                connections=lambda m: lp.chain(m.drive, m.mesh, m.wall),
+            )
+            run = lp.simulate(lp.assemble(model), until=1e-4 / speed, grid=600)
+            label = f"{speed:g} m/s" if way > 0 else None
+            style, color = ("-" if way > 0 else "--"), ("C0" if speed < 0.1 else "C1")
+            left.plot(1e6 * run["mesh.s"], run["mesh.f"] / 1e3, style, color=color, label=label)
+    left.set(xlabel="s, um", ylabel="f, kN", title="b = 50 um (dashed: back)")
+    for helix in (0.0, 10.0, 20.0):
+        pair = GearPair((25, 40), "4 mm", "30 mm", helix=f"{helix} deg")
+        model = lp.compose(
+            drive=Speed(w=2 * np.pi / 25),
+            mesh=GearMesh(teeth=MeshStiffness(pair), harmonics=12),
+            wheel=Inertia(J=1.0),
+            connections=lambda m: lp.chain(m.drive, m.mesh, m.wheel),
+        )
+        system = lp.assemble(model)
+        run = lp.simulate(system, until=1.0, grid=400, start={"wheel.w": -0.1})
+        error = run[system.model.mesh.static_error(3000.0)]
+        middle.plot(run.t, 3000.0 / error / 1e6, label=f"helix {helix:g} deg")
+        right.plot(run.t, 1e6 * error, label=f"helix {helix:g} deg")
+    middle.set(xlabel="position in the pitch", title="stiffness, N/um", ylim=(0, 1100))
+    right.set(xlabel="position in the pitch", title="static error under 3 kN, um", ylim=(0, 15))
+    finish(figure, "gear_mesh")
 
 
 def loaded(part, **given):
@@ -173,6 +210,7 @@ def finish(figure, name, columns=1):
 if __name__ == "__main__":
     draw_lossy_gear()
     draw_elastic_planetary()
+    draw_gear_mesh()
     draw_loads()
     draw_eddy_current_brake()
     draw_vehicle()

@@ -24,6 +24,7 @@ from lumped.life.load_case import LoadCase as LoadCase
 from lumped.life.load_case import turning_points as turning_points
 from lumped.life.load_spectrum import LoadSpectrum as LoadSpectrum
 from lumped.life.load_spectrum import load_spectrum as load_spectrum
+from lumped.life.mesh_stiffness import MeshStiffness as MeshStiffness
 from lumped.life.rainflow import Cycles as Cycles
 from lumped.life.rainflow import rainflow as rainflow
 from lumped.life.sn_curve import SNCurve as SNCurve

@@ -273,7 +273,7 @@ def made():
         lp.life.Bearing(1e5, 1e5, e=0.3, Y_1=2.0, Y_2=3.0, Y_0=2.0),
         coupling,
         lp.life.choose_coupling([coupling], torque=10.0, speed=50.0),
-        *(pair, strength, rating, rating["peak"]),
+        *(pair, lp.life.MeshStiffness(pair), strength, rating, rating["peak"]),
         small := lp.vibration.symbolic(system),
         small.K,
         lp.simulation.sizing(seen, of=("shaft.tau", "b.w")),

@@ -54,6 +54,12 @@ def ellipse_that_is_a_line():
     shear(EllipticalGear(e=1.0))
 
 
+@mechanisms(OptionError, "distance = 0.149 m", "the teeth jam by", "Without backlash it is 0.15 m")
+def teeth_that_jam():
+    """The axes of a pair of gears are closer than their teeth allow."""
+    lp.life.GearPair((20, 40), "5 mm", "50 mm", distance="149 mm")
+
+
 @mechanisms(EquationError, "part (NonCircularGear)", "a function of the angle", "lambda x")
 def transmission_without_a_function():
     """A non-circular gear is given a ratio for its transmission function."""

@@ -3,6 +3,7 @@
 import numpy as np
 from library_rigs import FIELDS
 from power_terms import Energy, Motion, Power, turning
+from powers_of_elements import squeezed
 
 import lumped as lp
 from lumped.components.electric import air_gap
@@ -60,14 +61,16 @@ def deflection(at: Motion) -> tuple[complex, complex]:
 def mesh_energy(at: Motion) -> complex:
     s, x = deflection(at)
     share = harmonics(FIELDS[gear_mesh.GearMesh]["stiffness"], x)
-    return at.p["c"] * (1 + share) * s**2 / 2
+    return at.p["c"] * (1 + share) * squeezed(s, at.p["b"] / 2) ** 2 / 2
 
 
 def mesh_heat(at: Motion) -> float:
     h = 1e-30
     ahead = {port: at.q[port] + 1j * h * at.v[port] for port in at.q}
-    s, _ = deflection(Motion(at.p, ahead, at.v, at.a, at.x, at.rates))
-    return at.p["d"] * (s.imag / h) ** 2
+    s, x = deflection(Motion(at.p, ahead, at.v, at.a, at.x, at.rates))
+    share = harmonics(FIELDS[gear_mesh.GearMesh]["stiffness"], x).real
+    elastic = abs(at.p["c"] * (1 + share) * squeezed(s.real, at.p["b"] / 2))
+    return np.clip(at.p["d"] * s.imag / h, -elastic, elastic) * s.imag / h
 
 
 def to_the_water(at: Motion) -> float:
