@@ -31,6 +31,7 @@ from lumped.components import (
 )
 from lumped.components import compliance as rotation
 from lumped.components.control import linear_blocks, sequence, signals
+from lumped.components.converters import clutches, hydrodynamic, limited_slip, variator
 from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.engines import crank, crankshaft, engine, propeller
@@ -53,7 +54,18 @@ MATRICES = {
     "D": ((0.3,),),
 }
 POLYNOMIALS = {"numerator": (1.0, 2.0), "denominator": (2.0, 1.5, 0.7)}
+HYDRAULIC = {"T_p": 0.5, "A": 2.0, "n": 2.0, "r": 0.5, "C_lining": 1.0, "C_plate": 2.0, "G": 0.7}
 FIELDS = {
+    clutches.DualClutch: {
+        "clutch_1": clutches.HeatedClutch(**HYDRAULIC),
+        "clutch_2": clutches.HeatedClutch(**HYDRAULIC),
+    },
+    hydrodynamic.FluidCoupling: {"characteristic": ((0.0, 0.0), (0.1, 2.0), (1.0, 3.0))},
+    hydrodynamic.TorqueConverter: {
+        "characteristic": ((0.0, 2.0, 1.5), (0.8, 1.1, 1.0), (1.0, 1.0, 0.0), (2.0, 0.9, -1.2))
+    },
+    limited_slip.ViscousCoupling: {"characteristic": ((0.0, 0.0), (0.5, 2.0), (3.0, 2.5))},
+    variator.Variator: {"characteristic": ((0.0, 0.0), (0.1, 0.8), (1.0, 0.6))},
     linear_blocks.StateSpaceBlock: MATRICES,
     linear_blocks.SampledStateSpace: MATRICES,
     linear_blocks.TransferFunction: POLYNOMIALS,
@@ -114,6 +126,9 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
         for number in (1, 2)
         for axis in "dq"
     },
+    clutches.DualClutch: {"p_1": 1.5, "p_2": 0.7},
+    clutches.HeatedClutch: {"p_wanted": 1.5},
+    clutches.PressureClutch: {"p_wanted": 1.5},
     impact.Backlash: {"b": 10.0},
     linkages.GuidedRod: {"length": 10.0},
     notches.Fillet: {"r": 0.2, "d": 1.0, "D": 1.4},
@@ -135,6 +150,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 
 POSITIVE = {
     circuit.VariableResistor: ["R"],
+    variator.Variator: ["ratio", "f_n"],
     vehicle.Vehicle: ["cr"],
     friction.JournalFriction: ["f_n"],
     rolling.RollingTorque: ["F", "a"],
