@@ -84,7 +84,7 @@ class LimitedSlipDifferential(Component):
     two angles have one locking value while the cage is driven forward (`S_drive`, positive
     ``ratio tau_a``) and another while it is braked (`S_coast`).
 
-    Source: Naunheimer, Bertsche, Ryborz and Novak, Automotive Transmissions, 2nd ed. 2011, ch. 6
+    Source: Naunheimer, Bertsche, Ryborz and Novak, Automotive Transmissions, 2nd ed. 2011
     (locking value of differentials).
     """
 
