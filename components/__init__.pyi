@@ -16,6 +16,7 @@ from lumped.components.cams import CamSwitch as CamSwitch
 from lumped.components.cams import HarmonicTorque as HarmonicTorque
 from lumped.components.cams import PeriodicTorque as PeriodicTorque
 from lumped.components.cams import PulseTorque as PulseTorque
+from lumped.components.characteristic import PowerLaw as PowerLaw
 from lumped.components.characteristic import Stribeck as Stribeck
 from lumped.components.compliance import Damper as Damper
 from lumped.components.compliance import LossSpring as LossSpring
@@ -68,6 +69,18 @@ from lumped.components.control.signals import Ramp as Ramp
 from lumped.components.control.signals import Sine as Sine
 from lumped.components.control.signals import Step as Step
 from lumped.components.control.signals import Table as Table
+from lumped.components.converters.clutches import CentrifugalClutch as CentrifugalClutch
+from lumped.components.converters.clutches import DualClutch as DualClutch
+from lumped.components.converters.clutches import HeatedClutch as HeatedClutch
+from lumped.components.converters.clutches import PressureClutch as PressureClutch
+from lumped.components.converters.clutches import SpragClutch as SpragClutch
+from lumped.components.converters.hydrodynamic import FluidCoupling as FluidCoupling
+from lumped.components.converters.hydrodynamic import TorqueConverter as TorqueConverter
+from lumped.components.converters.limited_slip import (
+    LimitedSlipDifferential as LimitedSlipDifferential,
+)
+from lumped.components.converters.limited_slip import ViscousCoupling as ViscousCoupling
+from lumped.components.converters.variator import Variator as Variator
 from lumped.components.couplings.elastic_coupling import ElasticCoupling as ElasticCoupling
 from lumped.components.couplings.maxwell_coupling import MaxwellBranch as MaxwellBranch
 from lumped.components.couplings.maxwell_coupling import MaxwellCoupling as MaxwellCoupling

@@ -22,9 +22,17 @@ from lumped.language.expression import (
 from lumped.language.lowering import has_range, lower
 from lumped.language.switch import Hold, hold
 from lumped.language.value_types import Rows
-from lumped.ops import exp, interpolate, maximum, smooth
+from lumped.ops import exp, interpolate, maximum, sign, smooth
 
-__all__ = ["Characteristic", "Stribeck", "coulomb", "dry_friction", "friction_at"]
+__all__ = [
+    "Characteristic",
+    "PowerLaw",
+    "Stribeck",
+    "coulomb",
+    "drag_at",
+    "dry_friction",
+    "friction_at",
+]
 
 Characteristic = Rows | Sequence[Sequence[Number]] | Callable[[Expr], Number]
 """Friction at a sliding speed that is not negative.
@@ -90,6 +98,48 @@ class Stribeck:
         return coulomb + (static - coulomb) * exp(-decay * v) + viscous * v
 
 
+@dataclass(frozen=True)
+class PowerLaw:
+    """Drag by a power of the speed: ``nominal (v / v_nominal)^n``, linear below `v_low`.
+
+    Parameters
+    ----------
+    nominal : float or expression
+        Drag at `v_nominal`, N.m or N.
+    v_nominal : float or expression
+        Speed of the nominal drag, rad/s or m/s.
+    n : float or expression
+        Exponent.
+    v_low : float or expression
+        Speed below which the drag is proportional to the speed, as the slope of a power below 1
+        has no bound at standstill.
+    """
+
+    nominal: Number
+    v_nominal: Number
+    n: Number
+    v_low: Number
+
+    def __call__(self, speed: Number) -> Expr:
+        """Drag at a speed that is not negative.
+
+        Raises
+        ------
+        EquationError
+            If a number is out of its range.
+        """
+        for name in ("nominal", "v_nominal", "n", "v_low"):
+            value = getattr(self, name)
+            if not isinstance(value, Expr) and not 0 < value < float("inf"):
+                raise EquationError(f"{self}: {name} = {value:g} must be above 0 and finite.")
+        nominal, v_nominal, n, v_low = (
+            value if isinstance(value, Expr) else Datum(float(value))
+            for value in (self.nominal, self.v_nominal, self.n, self.v_low)
+        )
+        v = as_expr(speed)
+        return nominal * v / v_nominal * (maximum(v, v_low) / v_nominal) ** (n - 1)
+
+
 def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
     """Friction at a sliding speed that is not negative.
 
@@ -124,12 +174,44 @@ def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
     return maximum(found, 0.0) if falling else found
 
 
+def drag_at(characteristic: Characteristic, speed: Expr) -> Expr:
+    """Drag against a speed in both directions, which vanishes at standstill.
+
+    Parameters
+    ----------
+    characteristic : rows or function
+        Drag over speed, as for `friction_at`.
+    speed : expression
+        Speed, rad/s or m/s, or slip.
+
+    Raises
+    ------
+    EquationError
+        If the characteristic is none, or begins with a friction.
+    """
+    if callable(characteristic):
+        standstill: Number | None = _number(friction_at(characteristic, 0.0))
+    else:
+        standstill = _columns(characteristic)[1][0]
+    if isinstance(standstill, float) and standstill:
+        raise EquationError(
+            f"characteristic begins at standstill with {standstill:g}; it must begin with 0. For "
+            "parts that stick use a friction element such as Clutch."
+        )
+    return smooth(sign(speed)) * friction_at(characteristic, smooth(abs(speed)))
+
+
+def _number(found: Expr) -> float | None:
+    """Value of an expression that depends on nothing."""
+    if not all(isinstance(node, ConstantExpression | Call) for node in walk(found)):
+        return None  # it depends on parameters or conditions
+    return float(lower(found, lambda leaf: SX.nan()))
+
+
 def _refuse_negative(standstill: Expr) -> None:
     """Refuse a friction at standstill that is a negative number."""
-    if not all(isinstance(node, ConstantExpression | Call) for node in walk(standstill)):
-        return  # it depends on parameters or conditions
-    value = float(lower(standstill, lambda leaf: SX.nan()))
-    if not 0 <= value < float("inf"):
+    value = _number(standstill)
+    if value is not None and not 0 <= value < float("inf"):
         raise EquationError(
             f"characteristic: friction {value:g} at standstill must be a finite number that is not "
             "negative; it counts against the motion by itself."

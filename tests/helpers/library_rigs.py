@@ -33,6 +33,7 @@ from lumped.components import (
 from lumped.components import compliance as rotation
 from lumped.components.bearings import geometry, rolling_bearing, windage
 from lumped.components.control import linear_blocks, sequence, signals
+from lumped.components.converters import clutches, hydrodynamic, limited_slip, variator
 from lumped.components.couplings import elastic_coupling, maxwell_coupling
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
 from lumped.components.engines import crank, crankshaft, engine, propeller
@@ -74,7 +75,18 @@ RAVIGNEAUX = {"z_small": 30, "z_large": 36, "z_short": 17, "z_long": 18, "z_r": 
 STAGE = {"n": 2, "z_s": 20, "z_p": 25, "z_r": 70, "c_s": (2.0, 1.2), "c_r": 3.0, "d_s": 0.4}
 POLYNOMIALS = {"numerator": (1.0, 2.0), "denominator": (2.0, 1.5, 0.7)}
 RISES = cam_follower.cam_motion(((0.3, 0.0), (1.5, 0.4), (2.0, 0.4), (3.5, 0.1)), "polynomial")
+HYDRAULIC = {"T_p": 0.5, "A": 2.0, "n": 2.0, "r": 0.5, "C_lining": 1.0, "C_plate": 2.0, "G": 0.7}
 FIELDS = {
+    clutches.DualClutch: {
+        "clutch_1": clutches.HeatedClutch(**HYDRAULIC),
+        "clutch_2": clutches.HeatedClutch(**HYDRAULIC),
+    },
+    hydrodynamic.FluidCoupling: {"characteristic": ((0.0, 0.0), (0.1, 2.0), (1.0, 3.0))},
+    hydrodynamic.TorqueConverter: {
+        "characteristic": ((0.0, 2.0, 1.5), (0.8, 1.1, 1.0), (1.0, 1.0, 0.0), (2.0, 0.9, -1.2))
+    },
+    limited_slip.ViscousCoupling: {"characteristic": ((0.0, 0.0), (0.5, 2.0), (3.0, 2.5))},
+    variator.Variator: {"characteristic": ((0.0, 0.0), (0.1, 0.8), (1.0, 0.6))},
     linear_blocks.StateSpaceBlock: MATRICES,
     linear_blocks.SampledStateSpace: MATRICES,
     linear_blocks.TransferFunction: POLYNOMIALS,
@@ -152,6 +164,9 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
         for number in (1, 2)
         for axis in "dq"
     },
+    clutches.DualClutch: {"p_1": 1.5, "p_2": 0.7},
+    clutches.HeatedClutch: {"p_wanted": 1.5},
+    clutches.PressureClutch: {"p_wanted": 1.5},
     impact.Backlash: {"b": 10.0},
     screws.LeadScrew: {"mu": 0.3, "d": 2.0},
     screws.WormGear: {"gamma": 0.3, "mu": 0.2},
@@ -180,6 +195,7 @@ POSITIVE = {
     wind.WindRotor: ["v"],
     windage.DiscWindage: ["rho", "nu"],
     circuit.VariableResistor: ["R"],
+    variator.Variator: ["ratio", "f_n"],
     vehicle.Vehicle: ["cr"],
     friction.JournalFriction: ["f_n"],
     rolling.RollingTorque: ["F", "a"],

@@ -1,7 +1,7 @@
 """What energies and powers are written with: the motion of a part as plain numbers."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +11,8 @@ class Motion:
     """What a part is given, and its motion, as plain numbers.
 
     Parameters; positions, velocities and accelerations by port, where the potential of a pin counts
-    as a velocity; states inside the part and their derivatives; powers of what sticks or slides.
+    as a velocity; states inside the part and their derivatives; powers of what sticks or slides;
+    torques, forces and other flows by port.
     """
 
     p: dict[str, float]
@@ -21,6 +22,7 @@ class Motion:
     x: dict[str, complex]
     rates: dict[str, float]
     held: tuple[float, ...] = ()
+    flow: dict[str, float] = field(default_factory=dict)
 
     def rel(self, by: dict[str, complex]) -> complex:
         return by["flange_b"] - by["flange_a"]

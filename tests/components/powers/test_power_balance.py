@@ -8,6 +8,7 @@ have its law (see test_twins) and are left out.
 from collections.abc import Iterator
 
 import numpy as np
+import powers_of_converters
 import powers_of_elements
 import powers_of_engines
 import powers_of_machines
@@ -31,12 +32,14 @@ ROUNDING = 1e-14  # W, where contacts are open and all powers are zero
 
 STORED: dict[type[lp.Component], Energy] = (
     powers_of_elements.STORED
+    | powers_of_converters.STORED
     | powers_of_engines.STORED
     | powers_of_mechanisms.STORED
     | powers_of_machines.STORED
 )
 DISSIPATED: dict[type[lp.Component], Power] = (
     powers_of_elements.DISSIPATED
+    | powers_of_converters.DISSIPATED
     | powers_of_engines.DISSIPATED
     | powers_of_mechanisms.DISSIPATED
     | powers_of_machines.DISSIPATED
@@ -63,7 +66,7 @@ def rate(energy: Energy, at: Motion) -> float:
     q = {port: at.q[port] + 1j * h * at.v[port] for port in at.q}
     v = {port: at.v[port] + 1j * h * at.a[port] for port in at.v}
     x = {name: at.x[name] + 1j * h * at.rates[name] for name in at.x}
-    return energy(Motion(at.p, q, v, at.a, x, at.rates)).imag / h
+    return energy(Motion(at.p, q, v, at.a, x, at.rates, flow=at.flow)).imag / h
 
 
 def nothing(at: Motion) -> float:
@@ -120,7 +123,7 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray, float
         qva = (dict(zip(ports, y, strict=True)) for y in (q, v, a))
         warm = [isinstance(port, lp.HeatPort) for port in ports.values()]
         held_power = tuple(reaction * sliding)
-        motion = Motion(own, *qva, x, der_x, held_power)
+        motion = Motion(own, *qva, x, der_x, held_power, dict(zip(ports, flow, strict=True)))
         yield motion, np.where(warm, flow, flow * v), *(loss if losses else (None,))
 
 

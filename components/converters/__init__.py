@@ -1,0 +1,1 @@
+"""Converters of torque and speed, and clutches of gearboxes with their heat."""
