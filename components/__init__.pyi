@@ -97,6 +97,7 @@ from lumped.components.electric.motors import SquirrelCageMotor as SquirrelCageM
 from lumped.components.electric.motors import SynchronousMotor as SynchronousMotor
 from lumped.components.electric.network import CircuitBreaker as CircuitBreaker
 from lumped.components.electric.network import InfiniteBus as InfiniteBus
+from lumped.components.electric.network import SeriesCapacitor as SeriesCapacitor
 from lumped.components.electric.network import ShortCircuit as ShortCircuit
 from lumped.components.electric.network import ThreePhaseLine as ThreePhaseLine
 from lumped.components.electric.network import wires as wires
