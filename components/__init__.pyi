@@ -63,6 +63,7 @@ from lumped.components.couplings.torsional_dampers import TunedDamper as TunedDa
 from lumped.components.couplings.torsional_dampers import TunedLossDamper as TunedLossDamper
 from lumped.components.couplings.torsional_dampers import ViscousDamper as ViscousDamper
 from lumped.components.electric.air_gap import AirGap as AirGap
+from lumped.components.electric.circuit import Battery as Battery
 from lumped.components.electric.circuit import Capacitor as Capacitor
 from lumped.components.electric.circuit import CurrentSensor as CurrentSensor
 from lumped.components.electric.circuit import CurrentSource as CurrentSource
