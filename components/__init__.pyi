@@ -92,6 +92,7 @@ from lumped.components.electric.drives import MappedMotor as MappedMotor
 from lumped.components.electric.drives import SpeedDrive as SpeedDrive
 from lumped.components.electric.machine_data import PerUnit as PerUnit
 from lumped.components.electric.machine_data import standard_parameters as standard_parameters
+from lumped.components.electric.magnet_motor import MagnetMotor as MagnetMotor
 from lumped.components.electric.motors import InductionMotor as InductionMotor
 from lumped.components.electric.motors import InverterInductionMotor as InverterInductionMotor
 from lumped.components.electric.motors import SquirrelCageMotor as SquirrelCageMotor
