@@ -90,6 +90,10 @@ from lumped.components.electric.drives import ConverterDrive as ConverterDrive
 from lumped.components.electric.drives import FieldOrientedMotor as FieldOrientedMotor
 from lumped.components.electric.drives import MappedMotor as MappedMotor
 from lumped.components.electric.drives import SpeedDrive as SpeedDrive
+from lumped.components.electric.excitation import (
+    PowerSystemStabiliser as PowerSystemStabiliser,
+)
+from lumped.components.electric.excitation import StaticExciter as StaticExciter
 from lumped.components.electric.machine_data import PerUnit as PerUnit
 from lumped.components.electric.machine_data import standard_parameters as standard_parameters
 from lumped.components.electric.magnet_motor import MagnetMotor as MagnetMotor

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from checks import by_complex_step, refused
+from rotor_axes import axis
 
 import lumped as lp
 from lumped.components import SeriesCapacitor
@@ -25,31 +26,16 @@ H = np.array((0.092897, 0.155589, 0.858670, 0.884215, 0.868495, 0.0342165))
 K = np.array((19.303, 34.929, 52.038, 70.858, 2.822))
 
 
-def windings(X, T):
-    """Leakage reactances and resistances of the rotor of one axis, by the classical expressions."""
-    found = []
-    for before, after, clock in zip(X[:-1], X[1:], T, strict=True):
-        seen, left = before - STANDARD["X_l"], after - STANDARD["X_l"]
-        leakage = 1 / (1 / left - 1 / seen)
-        found.append((leakage, (leakage + seen) / (W * clock)))
-    return np.array(found).T
-
-
-def axis(X, T):
-    """Reactances with the line, those of the machine alone, and resistances of one axis."""
-    leakages, resistances = windings(X, T)
-    alone = X[0] - STANDARD["X_l"] + np.diag([STANDARD["X_l"], *leakages])
-    return alone + np.diag([X_LINE, 0, 0]), alone, np.array([STANDARD["R_a"], *resistances])
-
-
 def by_hand(X_c):
     """Eigenvalues in per unit: fluxes of d and q with the line, capacitor, six angles and speeds.
 
     All axes turn with the rotor; currents flow into the machine.
     """
-    (with_d, d, R_d), (with_q, q, R_q) = (
-        axis(STANDARD[f"X_{name}"], STANDARD[f"T_{name}o"]) for name in "dq"
+    (d, R_d), (q, R_q) = (
+        axis(STANDARD[f"X_{a}"], STANDARD[f"T_{a}o"], STANDARD["X_l"], STANDARD["R_a"], W)
+        for a in "dq"
     )
+    with_d, with_q = (x + np.diag([X_LINE, 0, 0]) for x in (d, q))
     current = -(POWER - 1j * REACTIVE)
     rotor = np.exp(-1j * (np.angle(1 - (R_d[0] + 1j * q[0, 0]) * current) - np.pi / 2))
     bus = 1 + (R_LINE + 1j * (X_LINE - X_c)) * current
