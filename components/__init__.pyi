@@ -89,6 +89,7 @@ from lumped.components.couplings.torsional_dampers import TunedDamper as TunedDa
 from lumped.components.couplings.torsional_dampers import TunedLossDamper as TunedLossDamper
 from lumped.components.couplings.torsional_dampers import ViscousDamper as ViscousDamper
 from lumped.components.electric.air_gap import AirGap as AirGap
+from lumped.components.electric.circuit import Battery as Battery
 from lumped.components.electric.circuit import Capacitor as Capacitor
 from lumped.components.electric.circuit import CurrentSensor as CurrentSensor
 from lumped.components.electric.circuit import CurrentSource as CurrentSource
@@ -115,14 +116,20 @@ from lumped.components.electric.drives import ConverterDrive as ConverterDrive
 from lumped.components.electric.drives import FieldOrientedMotor as FieldOrientedMotor
 from lumped.components.electric.drives import MappedMotor as MappedMotor
 from lumped.components.electric.drives import SpeedDrive as SpeedDrive
+from lumped.components.electric.excitation import (
+    PowerSystemStabiliser as PowerSystemStabiliser,
+)
+from lumped.components.electric.excitation import StaticExciter as StaticExciter
 from lumped.components.electric.machine_data import PerUnit as PerUnit
 from lumped.components.electric.machine_data import standard_parameters as standard_parameters
+from lumped.components.electric.magnet_motor import MagnetMotor as MagnetMotor
 from lumped.components.electric.motors import InductionMotor as InductionMotor
 from lumped.components.electric.motors import InverterInductionMotor as InverterInductionMotor
 from lumped.components.electric.motors import SquirrelCageMotor as SquirrelCageMotor
 from lumped.components.electric.motors import SynchronousMotor as SynchronousMotor
 from lumped.components.electric.network import CircuitBreaker as CircuitBreaker
 from lumped.components.electric.network import InfiniteBus as InfiniteBus
+from lumped.components.electric.network import SeriesCapacitor as SeriesCapacitor
 from lumped.components.electric.network import ShortCircuit as ShortCircuit
 from lumped.components.electric.network import ThreePhaseLine as ThreePhaseLine
 from lumped.components.electric.network import wires as wires

@@ -8,11 +8,16 @@ Pins have a potential `v` in V and a current `i` in A into the part. A part with
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
-from lumped import Component, Equation, Input, Output, Param, Pin, Var, der, param, var
-from lumped.ops import maximum, minimum, smooth
+from lumped import Component, Equation, Expr, Input, Output, Param, Pin, Var, der, param, var
+from lumped.errors import EquationError
+from lumped.language.validity import Range
+from lumped.language.value_types import Rows
+from lumped.ops import interpolate, maximum, minimum, smooth
 
 __all__ = [
+    "Battery",
     "Capacitor",
     "CurrentSensor",
     "CurrentSource",
@@ -155,6 +160,79 @@ class CurrentSensor(Component):
         yield self.p.v == self.n.v
         yield self.p.i + self.n.i == 0
         yield self.i == self.p.i
+
+
+class Battery(Component):
+    """Battery: ``v = ocv(soc) - R i - R_1 i_1``, ``Q der(soc) = -i``, ``T_1 der(i_1) = i - i_1``.
+
+    `ocv` are rows of the state of charge and the voltage without current, joined by straight lines;
+    a run that leaves them ends with an error. `R_1` with the time constant `T_1` is a resistance
+    beside a capacitance in series with `R`; without it the voltage follows at once. `i` is the
+    current delivered at p, negative while it is charged. Source: Plett, Battery Management Systems
+    1 (2015), ch. 2.
+    """
+
+    symbol = "battery"
+    p = Pin()
+    n = Pin()
+    ocv: Rows = ()
+    Q: Param = param("A.s", "capacity", above=0)
+    R: Param = param("Ohm", "inner resistance", min=0)
+    R_1: Param = param("Ohm", "resistance beside a capacitance; 0: none", 0.0, min=0)
+    T_1: Param = param("s", "time constant of this resistance", 1.0, above=0)
+    soc: Var = var("1", "state of charge", 1.0, state="always")
+    i_1: Var = var("A", "current in the resistance R_1", state="always")
+    v: Var = var("V", "voltage from p to n")
+    i: Var = var("A", "current delivered at p")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.v == self.p.v - self.n.v
+        yield self.p.i == -self.i
+        yield self.n.i == self.i
+        places, voltages = self._rows()
+        open_circuit = interpolate(self.soc, places, voltages)
+        yield self.v == open_circuit - self.R * self.i - self.R_1 * self.i_1
+        yield self.Q * der(self.soc) == -self.i
+        yield self.T_1 * der(self.i_1) == self.i - self.i_1
+
+    def _rows(self) -> tuple[list[float], list[float]]:
+        """States of charge and voltages that make sense.
+
+        Raises
+        ------
+        EquationError
+            If there are fewer than two rows of two numbers, states of charge do not increase within
+            0 and 1, or voltages are not positive or fall.
+        """
+        hint = "Give rows of state of charge and voltage, ((0, 300), (0.5, 350), (1, 400))."
+        try:
+            found = [(float(soc), float(v)) for soc, v in self.ocv]
+        except (TypeError, ValueError):
+            found = []
+        if len(found) < 2:
+            raise EquationError(f"ocv = {self.ocv!r} has no two rows of two numbers. {hint}")
+        for (soc, v), (next_soc, next_v) in pairwise(found):
+            if not 0 <= soc < next_soc <= 1:
+                raise EquationError(
+                    f"ocv: states of charge must increase from 0 to 1, but {soc:g} -> {next_soc:g}."
+                )
+            if not 0 < v <= next_v < float("inf"):
+                raise EquationError(
+                    f"ocv: voltages must be positive and not fall with the charge, but {v:g} V at "
+                    f"{soc:g} -> {next_v:g} V at {next_soc:g}."
+                )
+        places, voltages = zip(*found, strict=True)
+        return list(places), list(voltages)
+
+    def loss(self) -> Expr:
+        """Heat in the resistances, W."""
+        return self.R * self.i**2 + self.R_1 * self.i_1**2
+
+    def valid(self) -> Iterator[Range]:
+        """States of charge of the rows."""
+        places, _ = self._rows()
+        advice = "Take less charge, or give rows up to there"
+        yield Range(self.soc, places[0], places[-1], "1", "state of charge", advice)
 
 
 class Inverter(Component):

@@ -1,4 +1,4 @@
-"""Networks of three wires: an infinite bus, lines, short circuits and circuit breakers.
+"""Networks of three wires: an infinite bus, lines, series capacitors, faults and breakers.
 
 Their pins `a`, `b`, `c` join those of a `WoundFieldMachine`; parts between two places have `a_1`,
 `b_1`, `c_1` and `a_2`, `b_2`, `c_2`. `wires` connects all three at once.
@@ -32,9 +32,16 @@ from lumped import (
 from lumped.errors import ConnectError, EquationError
 from lumped.language.expression import Compare, Datum
 from lumped.language.switch import Hold, Item, hold
-from lumped.ops import cos, pi, where
+from lumped.ops import cos, pi, sin, where
 
-__all__ = ["CircuitBreaker", "InfiniteBus", "ShortCircuit", "ThreePhaseLine", "wires"]
+__all__ = [
+    "CircuitBreaker",
+    "InfiniteBus",
+    "SeriesCapacitor",
+    "ShortCircuit",
+    "ThreePhaseLine",
+    "wires",
+]
 
 _WITHSTAND = Datum(1e15)
 """Voltage that an open contact withstands, V: beyond any voltage of a network."""
@@ -74,6 +81,12 @@ class InfiniteBus(Component):
         yield self.c.v == self.V * cos(angle + 2 * pi / 3)
 
 
+def _across(part: _Series, name: str) -> Expr:
+    """Voltage in a wire, from 1 to 2."""
+    voltage: Expr = getattr(part, f"{name}_1").v - getattr(part, f"{name}_2").v
+    return voltage
+
+
 class _Series(Component):
     """Three wires from the place 1 to the place 2, with their currents."""
 
@@ -107,12 +120,45 @@ class ThreePhaseLine(_Series):
         yield from super().equations()
         for name in "abc":
             i = getattr(self, f"i_{name}")
-            v = getattr(self, f"{name}_1").v - getattr(self, f"{name}_2").v
-            yield v == self.R * i + self.L * der(i)
+            yield _across(self, name) == self.R * i + self.L * der(i)
 
     def loss(self) -> Expr:
         """Heat, W."""
         return self.R * (self.i_a**2 + self.i_b**2 + self.i_c**2)
+
+
+class SeriesCapacitor(_Series):
+    """Capacitor in each of three wires: ``i = C der(v)`` with ``v = v_1 - v_2``.
+
+    It takes ``1 / (w_1 C)`` away from the reactance of a line, and resonates with the inductance
+    `L` of its circuit at ``w_e = 1 / sqrt(L C)``. Where ``w_1 - w_e`` meets a torsional frequency
+    of a generator, its shaft may vibrate by itself (subsynchronous resonance; Kundur, ch. 15).
+
+    States are the voltages in axes that turn with ``w_1 = 2 pi f``, d on the axis of wire a at the
+    time zero: ``i_d = C (der(v_d) - w_1 v_q)``, ``i_q = C (der(v_q) + w_1 v_d)``. In steady state
+    they are constant. A star point is isolated, as in `WoundFieldMachine`: the currents of the
+    wires sum to zero, and so do the voltages.
+    """
+
+    symbol = "capacitor"
+    C: Param = param("F", "capacitance of a wire; for none, leave the capacitor out", above=0)
+    f: Param = param("Hz", "frequency of the network")
+    v_d: Var = var("V", "voltage from 1 to 2, d axis", state="prefer")
+    v_q: Var = var("V", "voltage from 1 to 2, q axis", state="prefer")
+
+    def equations(self) -> Iterator[Item]:
+        yield from super().equations()
+        w_1, root = 2 * pi * self.f, 3**0.5
+        cosine, sine = cos(w_1 * time), sin(w_1 * time)
+        v_alpha = self.v_d * cosine - self.v_q * sine
+        v_beta = self.v_d * sine + self.v_q * cosine
+        yield _across(self, "a") == v_alpha
+        yield _across(self, "b") == (root * v_beta - v_alpha) / 2
+        yield _across(self, "c") == -(root * v_beta + v_alpha) / 2
+        i_alpha = (2 * self.i_a - self.i_b - self.i_c) / 3
+        i_beta = (self.i_b - self.i_c) / root
+        yield i_alpha * cosine + i_beta * sine == self.C * (der(self.v_d) - w_1 * self.v_q)
+        yield i_beta * cosine - i_alpha * sine == self.C * (der(self.v_q) + w_1 * self.v_d)
 
 
 class CircuitBreaker(_Series):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from lumped import Equation, Expr, Input, Param, Pin, Var, der, param, var
+from lumped import Equation, Expr, Input, Output, Param, Pin, Var, der, param, var
 from lumped.components.electric.drives import _at, _increasing
 from lumped.components.electric.motors import _Machine
 from lumped.errors import EquationError
@@ -124,6 +124,7 @@ class WoundFieldMachine(_Machine):
     i: Var = var("A", "amplitude of the current of a phase")
     P: Var = var("W", "electric power taken by the stator")
     Q: Var = var("W", "reactive power taken by the stator, var")
+    V_meas = Output("V", "amplitude of the voltage of a phase as measured")
 
     def equations(self) -> Iterator[Equation]:
         yield from super().equations()
@@ -142,6 +143,7 @@ class WoundFieldMachine(_Machine):
         yield self.tau == 1.5 * self.pairs * (psi_d * i_q - psi_q * i_d)
         yield from self._transform_to_rotor()
         yield self.V == sqrt(v_d**2 + v_q**2)
+        yield self.V_meas == self.V
         yield self.i == sqrt(i_d**2 + i_q**2)
         yield self.P == 1.5 * (v_d * i_d + v_q * i_q)
         yield self.Q == 1.5 * (v_q * i_d - v_d * i_q)

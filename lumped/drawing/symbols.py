@@ -320,6 +320,12 @@ SYMBOLS: dict[str, Symbol] = {
         line(-0.5, 0, -0.1, 0),
         line(0.1, 0, 0.5, 0),
     ),
+    "battery": symbol(
+        line(-0.1, -0.45, -0.1, 0.45),
+        line(0.1, -0.22, 0.1, 0.22),
+        line(-0.5, 0, -0.1, 0),
+        line(0.1, 0, 0.5, 0),
+    ),
     "voltage": symbol(oval(0, 0, 0.45), line(-0.45, 0, 0.45, 0)),
     "current": symbol(oval(0, 0, 0.45), line(0, -0.45, 0, 0.45)),
     "meter_v": symbol(oval(0, 0, 0.45), text="V"),

@@ -21,6 +21,8 @@ BENCHMARK, DIGITS = "torsional frequencies [P]", "equal in the printed digits"
 NOT = "not published [R]"
 PUBLISHED = (15.71, 20.21, 25.55, 32.28, 47.46)  # Hz
 TORQUES = {"air gap": "gen.tau"} | SHAFTS
+WORST = {4: (0.1842, 1.293165), 3: (0.2849, 1.239080), 2: (0.3786, 0.572041), 1: (0.4726, 4.537599)}
+"""Reactance of the series capacitor, pu, that excites a mode worst; its growth by NumPy, 1/s."""
 BY_SCIPY = {  # largest torques of the three-phase fault, pu, from dq equations in SciPy
     "air gap": "8.002358",
     "HP-IP": "0.823051",
@@ -38,6 +40,11 @@ def rows() -> list[Row]:
         Row(f"torsional frequency, mode {i}", "Hz", published, value, BENCHMARK, DIGITS)
         for i, (published, value) in enumerate(zip(PUBLISHED, hertz, strict=True), 1)
     ]
+    for mode, (X_c, by_hand) in WORST.items():
+        name = f"series capacitor of {X_c} pu, growth of mode {mode}"
+        growth = scenes.find_growth([X_c])[0, mode - 1]
+        remark = f"{by_hand:.6f} by equations in d and q, in NumPy"
+        found.append(Row(name, "1/s", None, growth, NOT, remark))
     grid = np.concatenate([[0.0], BEGIN + np.linspace(0.0, 0.5, 15_001)])
     for phases, text in (("abc", "three-phase fault"), ("bc", "line-to-line fault")):
         run = scenes.run_short_circuit(phases=phases, grid=grid, rtol=1e-9)

@@ -10,7 +10,8 @@ assumed or usual values, of which no second copy was found.
                                   |
                                  fault -- line -- bus
 
-Per unit: 892.4 MVA, and amplitudes of a phase. The series capacitor of the benchmark is left out.
+Per unit: 892.4 MVA, and amplitudes of a phase. The series capacitor of the benchmark stands in
+`Compensated` only.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from lumped.components import (
     Inertia,
     InfiniteBus,
     PerUnit,
+    SeriesCapacitor,
     ShortCircuit,
     Spring,
     ThreePhaseLine,
@@ -76,6 +78,7 @@ SHARE_IP = Given(0.26, "1", "P", "share of IP in the torque of the turbine")
 SHARE_LP = Given(0.22, "1", "P", "share of each of LPA and LPB in the torque of the turbine")
 R_LINE = Given(0.02, "1", "P", "resistance of transformer, line and bus, pu")
 X_LINE = Given(0.14 + 0.5 + 0.06, "1", "P", "reactance of transformer, line and bus, pu")
+X_C = Given(0.371, "1", "A", "reactance of the series capacitor, pu")
 POWER = Given(0.9, "1", "P", "power before the fault, pu")
 FACTOR = Given(0.9, "1", "A", "power factor before the fault, lagging")
 REACTIVE = POWER * (FACTOR**-2 - 1) ** 0.5
@@ -160,6 +163,23 @@ class TurbineGenerator(Generator):
         for body in bodies:
             yield self.gen.pairs * body.w == 2 * pi * self.bus.f
             yield lp.der(body.w) == 0
+
+
+class Compensated(TurbineGenerator):
+    """The generator on a line with a series capacitor, before any fault."""
+
+    X_c: lp.Param = lp.param("1", "reactance of the series capacitor, pu", X_C, above=0)
+    fault: ShortCircuit = ShortCircuit(begin=1e3, i_a=0.0, i_c=0.0)
+    capacitor: SeriesCapacitor = SeriesCapacitor(C=1 / (X_c * BASE.Z * BASE.w), f=BASE.f)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from wires(self.bus, self.line, self.capacitor, self.fault, self.gen)
+        yield lp.connect(self.turbine.rotor, self.gen.flange)
+
+    def initial_equations(self) -> Iterator[lp.Equation]:
+        yield from super().initial_equations()
+        yield lp.der(self.capacitor.v_d) == 0
+        yield lp.der(self.capacitor.v_q) == 0
 
 
 class Reclosed(TurbineGenerator):

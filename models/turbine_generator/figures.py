@@ -75,3 +75,13 @@ def draw_reclosed() -> Figure:
     axis.set(xlim=(0, 0.6))
     axis.legend(loc="lower right")
     return figure
+
+
+def draw_resonance() -> Figure:
+    reactances = np.linspace(0.05, 0.6, 551)
+    figure, axis = panels(x="reactance of the series capacitor, pu", y=["growth, 1/s"])
+    for mode, growth in enumerate(scenes.find_growth(reactances).T[:4], 1):
+        axis.plot(reactances, growth, label=f"mode {mode}")
+    axis.set(xlim=(0.05, 0.6), ylim=(-1, 5))
+    axis.legend(loc="upper left")
+    return figure

@@ -10,10 +10,19 @@ from numpy.typing import ArrayLike
 
 import lumped as lp
 from lumped.errors import OptionError
-from lumped.models.turbine_generator.drive import BASE, SHAFTS, Reclosed, TurbineGenerator
+from lumped.models.turbine_generator.drive import (
+    BASE,
+    SHAFTS,
+    Compensated,
+    Reclosed,
+    Train,
+    TurbineGenerator,
+)
 
 FREE = ["bus.V", "bus.phase", "gen.v_f", "turbine.steam"]
 """What follows from the state at the start: bus, excitation, steam."""
+_NEAR = 8.0
+"""Eigenvalues as near to a torsional frequency are those of its mode, rad/s."""
 
 
 def at_maximum(system: lp.System, parameters: Mapping[str, Any] | None = None) -> dict[str, float]:
@@ -122,6 +131,30 @@ def run_reclosing(
         Passed to `lumped.simulate`; `parameters` such as ``{"closes": 0.4}``.
     """
     return _run(lp.assemble(model or Reclosed()), until, options)
+
+
+def find_growth(reactances: ArrayLike) -> np.ndarray:
+    """Growth rates of the torsional modes on a line with a series capacitor, at rated load.
+
+    Parameters
+    ----------
+    reactances : array_like, shape (n,)
+        Of the capacitor, pu.
+
+    Returns
+    -------
+    ndarray, shape (n, 5)
+        For each mode, 1/s: the largest real part of the eigenvalues near its frequency.
+    """
+    system = lp.assemble(Compensated())
+    torsional = 2 * np.pi * lp.modes(lp.assemble(Train())).hertz
+    found = []
+    for X_c in np.asarray(reactances, dtype=float).tolist():
+        point = find_rated_point(system, {"X_c": X_c})
+        roots = np.linalg.eigvals(lp.linearise(system, at=point).A)
+        near = np.abs(roots.imag[:, None] - torsional) < _NEAR
+        found.append(np.where(near, roots.real[:, None], -np.inf).max(axis=0))
+    return np.array(found)
 
 
 def find_rated_point(

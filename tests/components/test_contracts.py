@@ -18,7 +18,7 @@ UNITS = {
     *("1", "s", "Hz", "W"),
     *("rad", "rad/s", "rad/s2", "N.m", "kg.m2", "N.m/rad", "N.m.s/rad"),
     *("m", "m/s", "m/s2", "N", "kg", "N/m", "N.s/m"),
-    *("V", "A", "Ohm", "H", "F", "N.m/A", "N.m/A2", "V.s"),
+    *("V", "A", "Ohm", "H", "F", "N.m/A", "N.m/A2", "V.s", "A.s"),
     *("1/s", "1/s2", "rad/(s.N.m)"),
     *("K", "J/K", "W/K", "1/K"),
     *("m2", "kg/m3", "Pa"),

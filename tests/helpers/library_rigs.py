@@ -91,6 +91,7 @@ FIELDS = {
     linear_blocks.SampledStateSpace: MATRICES,
     linear_blocks.TransferFunction: POLYNOMIALS,
     linear_blocks.SampledTransferFunction: POLYNOMIALS,
+    circuit.Battery: {"ocv": ((0.0, 2.0), (0.5, 3.0), (1.0, 3.2))},
     drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
     synchronous.SynchronousMotorStart: {"torques": START},
     synchronous.WoundFieldMachine: {"dampers_d": 2, "dampers_q": 2},

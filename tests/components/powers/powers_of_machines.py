@@ -9,6 +9,7 @@ from lumped.components.electric import (
     circuit,
     dc_motors,
     drives,
+    magnet_motor,
     motors,
     network,
     synchronous,
@@ -114,7 +115,29 @@ def line_heat(at: Motion) -> float:
     return at.p["R"] * sum(at.x[f"i_{name}"] ** 2 for name in "abc")
 
 
+def magnet_energy(at: Motion) -> complex:
+    currents = at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2
+    return rotor(at) + 0.75 * currents
+
+
+def magnet_heat(at: Motion) -> float:
+    return 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2)
+
+
+def battery(at: Motion) -> tuple[float, float]:
+    """Voltage without current, of lines that go on beyond the rows, and current."""
+    soc = at.x["soc"]
+    open_circuit = 2 + 2 * soc if soc < 0.5 else 3 + 0.4 * (soc - 0.5)
+    return open_circuit, (open_circuit - at.p["R_1"] * at.x["i_1"] - voltage(at)) / at.p["R"]
+
+
+def battery_heat(at: Motion) -> float:
+    _, i = battery(at)
+    return at.p["R"] * i**2 + at.p["R_1"] * at.x["i_1"] ** 2
+
+
 STORED: dict[type[lp.Component], Energy] = {
+    circuit.Battery: lambda at: at.p["T_1"] * at.p["R_1"] * at.x["i_1"] ** 2 / 2,
     circuit.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
     circuit.Inverter: lambda at: -at.p["psi"] * at.x["i_dc"],
     circuit.Inductor: lambda at: at.p["L"] * at.x["i"] ** 2 / 2,
@@ -133,9 +156,9 @@ STORED: dict[type[lp.Component], Energy] = {
     dc_motors.SeriesDCMotor: armature,
     drives.SpeedDrive: rotor,
     motors.SquirrelCageMotor: cage_energy,
-    motors.SynchronousMotor: lambda at: (
-        rotor(at) + 0.75 * (at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2)
-    ),
+    magnet_motor.MagnetMotor: lambda at: magnet_energy(at) - at.p["psi_dc"] * at.x["i_dc"],
+    motors.SynchronousMotor: magnet_energy,
+    network.SeriesCapacitor: lambda at: 0.75 * at.p["C"] * (at.x["v_d"] ** 2 + at.x["v_q"] ** 2),
     network.ThreePhaseLine: line_energy,
     synchronous.SynchronousMotorStart: rotor,
     synchronous.WoundFieldMachine: wound_energy,
@@ -144,6 +167,7 @@ STORED: dict[type[lp.Component], Energy] = {
 
 
 DISSIPATED: dict[type[lp.Component], Power] = {
+    circuit.Battery: battery_heat,
     circuit.Resistor: lambda at: voltage(at) ** 2 / at.p["R"],
     circuit.VariableResistor: lambda at: voltage(at) ** 2 / at.p["R"],
     dc_motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
@@ -161,11 +185,13 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     motors.SquirrelCageMotor: cage_heat,
     network.ThreePhaseLine: line_heat,
     synchronous.WoundFieldMachine: wound_heat,
-    motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
+    magnet_motor.MagnetMotor: magnet_heat,
+    motors.SynchronousMotor: magnet_heat,
 }
 
 
 SUPPLIED: dict[type[lp.Component], Power] = {
+    circuit.Battery: lambda at: np.prod(battery(at)),
     circuit.CurrentSource: lambda at: at.p["i"] * voltage(at),
     drives.ConverterDrive: lambda at: at.x["tau"] * turning(at),
     drives.FieldOrientedMotor: oriented,
