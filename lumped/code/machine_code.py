@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import weakref
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -38,12 +39,25 @@ def _host() -> str:
     return "|".join((llvmlite.__version__, llvm.get_default_triple(), *cpu))
 
 
+_engines: dict[int, Any] = {}
+"""What LLVM linked, until code is linked again after the last use.
+
+LLVM frees it under a lock of its own, which a process forked beside a thread whose collector of
+garbage does so would find closed for ever.
+"""
+_unused: list[int] = []
+
+
 class Code:
     """Object code linked into this process."""
 
     def __init__(self, code: bytes) -> None:
+        while _unused:
+            del _engines[_unused.pop()]
         empty = llvm.parse_assembly("")
         self._engine = llvm.create_mcjit_compiler(empty, _target_machine())
+        _engines[id(self._engine)] = self._engine
+        weakref.finalize(self, _unused.append, id(self._engine)).atexit = False
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
 

@@ -9,25 +9,9 @@ import os
 import sys
 from functools import cached_property
 from threading import RLock
-from typing import Any
 
 process_lock = RLock()
 """Held by the one thread that makes something of symbols or of machine code."""
-_held: list[Any] = []
-
-
-def _close() -> None:
-    """Wait for the lock, and for the one under which LLVM lets go of code, in any thread."""
-    process_lock.acquire()
-    if binding := sys.modules.get("llvmlite.binding.ffi"):
-        binding.lib._lock._lock.acquire()
-        _held.append(binding.lib._lock._lock)
-
-
-def _open() -> None:
-    while _held:
-        _held.pop().release()
-    process_lock.release()
 
 
 def _open_properties() -> None:
@@ -44,6 +28,10 @@ def _open_properties() -> None:
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(before=_close, after_in_parent=_open, after_in_child=_open)
+    os.register_at_fork(
+        before=process_lock.acquire,
+        after_in_parent=process_lock.release,
+        after_in_child=process_lock.release,
+    )
     if sys.version_info < (3, 12):
         os.register_at_fork(after_in_child=_open_properties)
