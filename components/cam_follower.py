@@ -22,7 +22,8 @@ from lumped import (
     lossless,
     param,
 )
-from lumped.components.cams import check_rows, within
+from lumped.components.cams import within
+from lumped.components.rows import check_rows
 from lumped.components.translation import ElastoGap, Fixed, Mass, Spring, Stop
 from lumped.errors import EquationError
 from lumped.language.expression import Datum, Number, as_expr
@@ -120,7 +121,7 @@ def cam_motion(
     EquationError
         If there are less than two points, or their angles do not increase within a turn.
     """
-    rows = check_rows("points", points, "angle (rad), lift (m)", (0.0, 0.01))
+    rows = check_rows("points", points, "angle (rad) and lift (m)", "((0, 0), (1, 0.01))")
     if law not in _LAWS:
         raise EquationError(f"law = {law!r}: {', '.join(map(repr, _LAWS))} are known.")
     first, last = rows[0][0], rows[-1][0]

@@ -5,11 +5,12 @@ Source of the harmonics: Dresig and Holzweissig, Dynamics of Machinery (periodic
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Literal
 
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
+from lumped.components.rows import check_ascending, check_rows
 from lumped.errors import EquationError
 from lumped.language.expression import Compare, ConstantExpression, Datum, Number, as_expr
 from lumped.language.value_types import Rows
@@ -93,7 +94,7 @@ class HarmonicTorque(_AngleTorque):
     mean: Param = param("N.m", "mean driving torque", 0.0)
 
     def _driving(self, phi: Expr) -> Expr:
-        waves = harmonic_sum("harmonics", self.harmonics, phi, "N.m", (2, 340.0, 0.0))
+        waves = harmonic_sum("harmonics", self.harmonics, phi, "N.m", "((2, 340.0, 0.0),)")
         return self.mean + waves
 
 
@@ -127,18 +128,16 @@ class PeriodicTorque(_AngleTorque):
 
     def _table(self) -> tuple[list[float], list[float]]:
         """Angles and torques, with the first point again one period later."""
-        rows = check_rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
+        rows = check_rows(
+            "points", self.points, "angle (rad) and torque (N.m)", "((0, 10), (1, 20))"
+        )
         if not isinstance(self.period, int | float) or not 0 < self.period < float("inf"):
             raise EquationError(
                 f"period = {self.period!r} rad must be a positive number: the angle after which "
                 "the torque repeats, 2 pi for a turn."
             )
         angles, values = [a for a, _ in rows], [v for _, v in rows]
-        for before, after in pairwise(angles):
-            if not after > before:
-                raise EquationError(
-                    f"points: the angles must increase, but {before:g} -> {after:g} rad. Sort them."
-                )
+        check_ascending("points", "angles", angles, "rad")
         end = angles[0] + self.period
         if not angles[-1] < end:
             raise EquationError(
@@ -149,32 +148,7 @@ class PeriodicTorque(_AngleTorque):
         return [*angles, end], [*values, values[0]]
 
 
-def check_rows(
-    name: str, given: Rows, meaning: str, example: Sequence[float]
-) -> list[tuple[float, ...]]:
-    """Rows of finite numbers, as long as the example.
-
-    Raises
-    ------
-    EquationError
-        If there are none, or they are no such rows.
-    """
-    try:
-        rows = [tuple(map(float, row)) for row in given]
-    except (TypeError, ValueError):
-        rows = []
-    width = len(example)
-    good = all(len(row) == width and all(abs(v) < float("inf") for v in row) for row in rows)
-    if not rows or not good:
-        raise EquationError(
-            f"{name} = {given!r}: at least one row of {meaning} is needed, such as ({example},)."
-        )
-    return rows
-
-
-def harmonic_sum(
-    name: str, harmonics: Rows, phi: Expr, unit: str, example: Sequence[float]
-) -> Expr:
+def harmonic_sum(name: str, harmonics: Rows, phi: Expr, unit: str, example: str) -> Expr:
     """``sum(A sin(order phi + phase))`` of rows of order, amplitude A and phase.
 
     Parameters
@@ -187,8 +161,8 @@ def harmonic_sum(
         Angle, rad.
     unit : str
         Of the amplitude.
-    example : sequence of float
-        A row that makes sense.
+    example : str
+        Rows that make sense.
 
     Returns
     -------
@@ -201,7 +175,7 @@ def harmonic_sum(
     """
     total: Expr = ConstantExpression(0.0)
     for order, amplitude, phase in check_rows(
-        name, harmonics, f"order, amplitude ({unit}), phase (rad)", example
+        name, harmonics, f"order, amplitude ({unit}) and phase (rad)", example, 3
     ):
         if order <= 0:
             raise EquationError(

@@ -9,7 +9,8 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 from lumped import Component, Equation, Expr, Flange, Var, der, var
-from lumped.errors import EquationError, shown
+from lumped.components.rows import check_ascending, check_rows
+from lumped.errors import EquationError
 from lumped.language.expression import Datum, Piecewise
 from lumped.language.pieces import Pieces
 from lumped.language.value_types import Rows
@@ -138,32 +139,6 @@ def _forms(rows: Sequence[tuple[float, ...]]) -> tuple[list[float], list[Form], 
     return [-1.0, *(nu / (1 + abs(nu)) for nu, *_ in rows)], pumps, turbines
 
 
-def _table(rows: Rows, width: int, what: str, example: str) -> list[tuple[float, ...]]:
-    """Rows of finite numbers, the first of which increases.
-
-    Raises
-    ------
-    EquationError
-        If they are none.
-    """
-    try:
-        found = [tuple(float(value) for value in row) for row in rows]
-    except (TypeError, ValueError):
-        found = []
-    finite = all(abs(value) < float("inf") for row in found for value in row)
-    if len(found) < 2 or not finite or any(len(row) != width for row in found):
-        raise EquationError(
-            f"characteristic = {shown(rows)}: two rows or more of {what} are needed, such as "
-            f"{example}."
-        )
-    for (before, *_), (after, *_) in itertools.pairwise(found):
-        if not before < after:
-            raise EquationError(
-                f"characteristic: the first column must increase, but {before:g} -> {after:g}."
-            )
-    return found
-
-
 def _converter_rows(rows: Rows) -> list[tuple[float, ...]]:
     """Rows of a converter that gives no more power than it takes.
 
@@ -172,12 +147,10 @@ def _converter_rows(rows: Rows) -> list[tuple[float, ...]]:
     EquationError
         If rows are missing, or one has a sign or an efficiency that cannot be.
     """
-    found = _table(
-        rows,
-        3,
-        "speed ratio, torque ratio and capacity (N.m.s2/rad2)",
-        "((0, 2, 0.02), (0.85, 1, 0.015), (1, 1, 0), (2, 1, -0.03))",
-    )
+    what = "speed ratio, torque ratio and capacity (N.m.s2/rad2)"
+    example = "((0, 2, 0.02), (0.85, 1, 0.015), (1, 1, 0), (2, 1, -0.03))"
+    found = check_rows("characteristic", rows, what, example, 3, 2)
+    check_ascending("characteristic", "speed ratios", [nu for nu, *_ in found])
     if found[0][0] > 0:
         raise EquationError(
             f"characteristic begins at the speed ratio {found[0][0]:g}; give the row of stall, "
@@ -216,7 +189,9 @@ def _coupling_rows(rows: Rows) -> list[tuple[float, ...]]:
     EquationError
         If rows are missing, do not begin with (0, 0), or hold a negative capacity.
     """
-    found = _table(rows, 2, "slip and capacity (N.m.s2/rad2)", "((0, 0), (0.05, 0.01), (1, 0.03))")
+    example = "((0, 0), (0.05, 0.01), (1, 0.03))"
+    found = check_rows("characteristic", rows, "slip and capacity (N.m.s2/rad2)", example, least=2)
+    check_ascending("characteristic", "slips", [slip for slip, _ in found])
     if found[0] != (0.0, 0.0):
         raise EquationError(
             f"characteristic begins at slip {found[0][0]:g} with {found[0][1]:g} N.m.s2/rad2; the "

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import scipy
 
+from lumped.components.rows import check_ascending, check_rows
 from lumped.errors import EquationError
 from lumped.language.expression import ConstantExpression, Expr, Number, as_expr
 from lumped.language.value_types import Rows
@@ -80,24 +81,9 @@ def elastic_energy(characteristic: ElasticLaw, stretch: Expr) -> Expr:
 
 def _columns(rows: Rows) -> tuple[list[float], list[float]]:
     """Stretches and forces of rows that make sense, for both directions."""
-    hint = (
-        "Give rows of twist and torque (stretch and force) such as ((0, 0), (0.1, 50), (0.2, 150)),"
-        " or a function."
-    )
-    try:
-        found = [(float(x), float(f)) for x, f in rows]
-    except (TypeError, ValueError):
-        found = []
-    if len(found) < 2:
-        raise EquationError(f"characteristic = {rows!r} has no two rows of two numbers. {hint}")
-    for x, f in found:
-        if not (abs(x) < float("inf") and abs(f) < float("inf")):
-            raise EquationError(f"characteristic: the row ({x:g}, {f:g}) must hold finite numbers.")
-    for (before, _), (after, _) in itertools.pairwise(found):
-        if not before < after:
-            raise EquationError(
-                f"characteristic: the first column must increase, but {before:g} -> {after:g}."
-            )
+    what, example = "twist and torque (stretch and force)", "((0, 0), (0.1, 50), (0.2, 150))"
+    found = check_rows("characteristic", rows, what, f"{example}, or a function", least=2)
+    check_ascending("characteristic", "twists", [x for x, _ in found])
     if found[0][0] == 0:
         if found[0][1] != 0:
             raise EquationError(

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import scipy
 
+from lumped.components.rows import check_ascending, check_rows
 from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression, Expr, Piecewise
 from lumped.language.pieces import Pieces
@@ -206,21 +207,8 @@ def _columns(
     name: str, rows: Rows, first: str, second: str, example: str
 ) -> tuple[list[float], list[float]]:
     """Columns of rows of two finite numbers, the first of which increases."""
-    infinite = float("inf")
-    try:
-        found = [(float(x), float(y)) for x, y in rows]
-    except (TypeError, ValueError):
-        found = []
-    if not found or not all(abs(x) < infinite and abs(y) < infinite for x, y in found):
-        raise EquationError(
-            f"{name} = {shown(rows)}: rows of {first} and {second} are needed, finite numbers, "
-            f"such as {example}."
-        )
-    for (before, _), (after, _) in itertools.pairwise(found):
-        if not after > before:
-            raise EquationError(
-                f"{name}: the rows must increase, but their {first} goes {before:g} -> {after:g}."
-            )
+    found = check_rows(name, rows, f"{first} and {second}", example)
+    check_ascending(name, first, [x for x, _ in found])
     return [x for x, _ in found], [y for _, y in found]
 
 
@@ -230,8 +218,4 @@ def _from_zero(name: str, what: str, unit: str, values: list[float]) -> None:
             f"{name} begins at {values[0]:g} {unit}; its {what} must begin at zero, as the law "
             "holds for both directions."
         )
-    for before, after in itertools.pairwise(values):
-        if not after > before:
-            raise EquationError(
-                f"{name}: the {what} must increase, but {before:g} -> {after:g} {unit}."
-            )
+    check_ascending(name, what, values, unit)

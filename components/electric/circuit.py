@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from lumped import Component, Equation, Expr, Input, Output, Param, Pin, Var, der, param, var
+from lumped.components.rows import check_rows
 from lumped.errors import EquationError
 from lumped.language.validity import Range
 from lumped.language.value_types import Rows
@@ -204,13 +205,8 @@ class Battery(Component):
             If there are fewer than two rows of two numbers, states of charge do not increase within
             0 and 1, or voltages are not positive or fall.
         """
-        hint = "Give rows of state of charge and voltage, ((0, 300), (0.5, 350), (1, 400))."
-        try:
-            found = [(float(soc), float(v)) for soc, v in self.ocv]
-        except (TypeError, ValueError):
-            found = []
-        if len(found) < 2:
-            raise EquationError(f"ocv = {self.ocv!r} has no two rows of two numbers. {hint}")
+        what, example = "state of charge and voltage (V)", "((0, 300), (0.5, 350), (1, 400))"
+        found = check_rows("ocv", self.ocv, what, example, least=2)
         for (soc, v), (next_soc, next_v) in pairwise(found):
             if not 0 <= soc < next_soc <= 1:
                 raise EquationError(

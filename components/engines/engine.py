@@ -11,12 +11,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
+from lumped.components.rows import check_ascending, check_rows
 from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression, Datum
 from lumped.language.value_types import Numbers, Rows
 from lumped.ops import cos, interpolate, periodic_spline, pi, sin, smooth, sqrt, where
 
-__all__ = ["Cylinder", "Misfire", "rows_of"]
+__all__ = ["Cylinder", "Misfire"]
 
 Misfire = Literal["none", "no gas", "compression"]
 
@@ -148,7 +149,7 @@ class Cylinder(Component):
 
     def _series(self, a: Expr) -> Expr:
         """Acceleration of the piston over ``r w^2``."""
-        rows = rows_of("series", self.series, "order and coefficient", "((1, 1.0), (2, 0.25))")
+        rows = check_rows("series", self.series, "order and coefficient", "((1, 1.0), (2, 0.25))")
         total: Expr = ConstantExpression(0.0)
         for order, coefficient in rows:
             total = total + coefficient * cos(order * a)
@@ -165,7 +166,7 @@ class Cylinder(Component):
         if self.misfire == "no gas":
             return ConstantExpression(0.0)
         total: Expr = ConstantExpression(0.0)
-        rows = rows_of(
+        rows = check_rows(
             "tangential", self.tangential, _HARMONICS, "((0, 4e5, 0), (0.5, 1e5, 2e5))", 3
         )
         for order, cosine, sine in rows:
@@ -186,7 +187,9 @@ class Cylinder(Component):
         factor: Expr = ConstantExpression(1.0) if self.loads else self.load
         if not self.over_speed:
             return factor
-        rows = rows_of("over_speed", self.over_speed, "speed and factor", "((50, 0.8), (200, 1.0))")
+        rows = check_rows(
+            "over_speed", self.over_speed, "speed and factor", "((50, 0.8), (200, 1.0))"
+        )
         speeds, factors = zip(*rows, strict=True)
         return factor * smooth(interpolate(w, speeds, factors))
 
@@ -205,7 +208,9 @@ class Cylinder(Component):
         """Pressure of the load over the crank angle."""
         if not self.loads:
             return self._interpolate(a, self.pressure)
-        loads = [x for (x,) in rows_of("loads", [(x,) for x in self.loads], "loads", "(0.5, 1)", 1)]
+        loads = [
+            x for (x,) in check_rows("loads", [(x,) for x in self.loads], "loads", "(0.5, 1)", 1)
+        ]
         if len(loads) != len(self.pressure):
             raise EquationError(
                 f"loads = {shown(self.loads)}: {len(loads)} loads and {len(self.pressure)} tables "
@@ -240,15 +245,11 @@ class Cylinder(Component):
         if self.strokes not in (2, 4):
             raise EquationError(f"strokes = {self.strokes!r}: 2 or 4 is needed.")
         cycle = self.strokes * pi
-        rows = rows_of(
+        rows = check_rows(
             "pressure", table, "crank angle (rad) and pressure (Pa)", "((0, 1e5), (6, 9e6))"
         )
         angles, values = [a for a, _ in rows], [v for _, v in rows]
-        for before, after in itertools.pairwise(angles):
-            if not after > before:
-                raise EquationError(
-                    f"pressure: the angles must increase, but {before:g} -> {after:g} rad."
-                )
+        check_ascending("pressure", "angles", angles, "rad")
         length = angles[-1] - angles[0]
         if length > cycle * (1 + 1e-9):
             raise EquationError(
@@ -272,19 +273,3 @@ class Cylinder(Component):
             )
         angles[-1] = angles[0] + cycle
         return angles, values
-
-
-def rows_of(
-    name: str, rows: Rows, what: str, example: str, width: int = 2
-) -> list[tuple[float, ...]]:
-    """Rows of finite numbers."""
-    infinite = float("inf")
-    try:
-        found = [tuple(float(x) for x in row) for row in rows]
-    except (TypeError, ValueError):
-        found = []
-    if not found or not all(len(r) == width and all(abs(x) < infinite for x in r) for r in found):
-        raise EquationError(
-            f"{name} = {shown(rows)}: rows of {what} are needed, finite numbers, such as {example}."
-        )
-    return found

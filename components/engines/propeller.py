@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
-from lumped.components.engines.engine import rows_of
+from lumped.components.rows import check_rows
 from lumped.language.expression import ConstantExpression
 from lumped.language.value_types import Rows
 from lumped.ops import cos
@@ -46,7 +46,7 @@ class Propeller(Component):
         factor: Expr = ConstantExpression(1.0)
         if self.blades:
             what = "order, share of the mean torque and phase (rad)"
-            for n, part, p in rows_of("blades", self.blades, what, "((4, 0.1, 0.0),)", 3):
+            for n, part, p in check_rows("blades", self.blades, what, "((4, 0.1, 0.0),)", 3):
                 factor = factor + part * cos(n * (phi - self.phase) + p)
         share = self.w / self.w_nominal
         yield self.tau == self.tau_nominal * share * abs(share) * factor

@@ -52,7 +52,9 @@ class HarmonicDrive(Component):
         wave, flex, circular = self.wave_generator, self.flexspline, self.circular_spline
         place = -self.phi / self.ratio
         if self.errors:
-            place = place + harmonic_sum("errors", self.errors, self.phi, "rad", (2, 1e-4, 0.0))
+            place = place + harmonic_sum(
+                "errors", self.errors, self.phi, "rad", "((2, 1e-4, 0.0),)"
+            )
         yield self.phi == wave.phi - circular.phi
         yield self.phi_rel == flex.phi - circular.phi - place
         first, second = self._beyond()

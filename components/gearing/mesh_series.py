@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from lumped import ops
-from lumped.components.engines.engine import rows_of
+from lumped.components.rows import check_rows
 from lumped.errors import EquationError
 from lumped.language.expression import Datum, Expr
 from lumped.language.value_types import Rows
@@ -34,7 +34,7 @@ def of_rows(name: str, rows: Rows) -> Harmonics:
     if not len(rows):
         return []
     what, example = "harmonic, amplitude and phase (rad)", "((1, 0.2, 0.0), (2, 0.1, 0.0))"
-    return [(k, amplitude, p) for k, amplitude, p in rows_of(name, rows, what, example, 3)]
+    return [(k, amplitude, p) for k, amplitude, p in check_rows(name, rows, what, example, 3)]
 
 
 def of_curve(name: str, rows: Rows, harmonics: int) -> Harmonics:
@@ -141,7 +141,9 @@ def summed(rows: Harmonics, x: Expr) -> tuple[Expr, Expr]:
 def _closed(name: str, rows: Rows) -> list[tuple[float, float]]:
     """Points of a curve over exactly one pitch."""
     example = "((0, 4e8), (0.5, 4e8), (0.6, 2.5e8), (0.9, 2.5e8))"
-    found = [(x, y) for x, y in rows_of(name, rows, "position over the pitch and value", example)]
+    found = [
+        (x, y) for x, y in check_rows(name, rows, "position over the pitch and value", example)
+    ]
     if any(b < a for (a, _), (b, _) in pairwise(found)) or found[-1][0] > found[0][0] + 1:
         raise EquationError(
             f"{name}: positions must increase, over one pitch at most, such as {example}."

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, param, var
-from lumped.components.cams import check_rows, pulse
+from lumped.components.cams import pulse
+from lumped.components.rows import check_rows
 from lumped.errors import EquationError
 from lumped.language.expression import ConstantExpression, Datum
 from lumped.language.value_types import Rows
@@ -56,7 +57,7 @@ class IceTorque(Component):
         if not isinstance(self.Z, int) or self.Z < 1:
             raise EquationError(f"Z = {self.Z!r}: the number of blades, at least 1, is needed.")
         rows = check_rows(
-            "blocks", self.blocks, "factor, width (rad) and begin (rad)", (0.75, 1.57, 0.0)
+            "blocks", self.blocks, "factor, width (rad) and begin (rad)", "((0.75, 1.57, 0.0),)", 3
         )
         total: Expr = ConstantExpression(0.0)
         for factor, width, first in rows:

@@ -7,11 +7,10 @@ Journal of the Royal Meteorological Society 98 (1972) 563.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 
 from lumped import Component, Equation, Expr, Flange, Input, Param, Var, der, param, time, var
-from lumped.components.cams import check_rows
-from lumped.errors import EquationError, OptionError
+from lumped.components.rows import check_ascending, check_rows
+from lumped.errors import OptionError
 from lumped.language.validity import Range
 from lumped.language.value_types import Rows
 from lumped.ops import cos, interpolate, maximum, pi, sin, where
@@ -58,13 +57,8 @@ class WindRotor(Component):
 
     def _rows(self) -> list[tuple[float, ...]]:
         what = "tip speed ratio and power coefficient"
-        rows = check_rows("coefficients", self.coefficients, what, (7.0, 0.45))
-        for (before, _), (after, _) in pairwise([(0.0, 0.0), *rows]):
-            if not after > before:
-                raise EquationError(
-                    f"coefficients: the tip speed ratios must increase from above zero, but "
-                    f"{before:g} -> {after:g}."
-                )
+        rows = check_rows("coefficients", self.coefficients, what, "((4, 0.2), (7, 0.45))")
+        check_ascending("coefficients", "tip speed ratios from zero", [0.0, *(x for x, _ in rows)])
         return rows
 
 

@@ -137,7 +137,7 @@ class TestMotion:
             (((0.0, 0.0),), "at least two angles"),
             (((0.0, 0.0), (2.0, 0.01), (1.0, 0.0)), "that increase within one turn"),
             (((0.0, 0.0), (180.0, 0.01)), r"below 6\.28319 rad"),
-            (((0.0, 0.0), (2.0,)), r"angle \(rad\), lift \(m\)"),
+            (((0.0, 0.0), (2.0,)), r"angle \(rad\) and lift \(m\)"),
         ],
     )
     def test_points_that_make_no_turn_are_refused(self, points, message):

@@ -76,8 +76,8 @@ def test_a_spring_says_what_it_stores(law):
 @pytest.mark.parametrize(
     ("rows", "text"),
     [
-        ((), "no two rows"),
-        (((0, 0),), "no two rows"),
+        ((), "2 rows or more"),
+        (((0, 0),), "2 rows or more"),
         (((0, 1.0), (1, 2)), r"\(0, 0\)"),
         (((0, 0), (0.2, 1), (0.1, 2)), "must increase, but 0.2 -> 0.1"),
         (((0, 0), (float("inf"), 1)), "finite"),

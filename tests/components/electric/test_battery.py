@@ -70,7 +70,7 @@ def test_an_empty_battery_ends_the_run():
 @pytest.mark.parametrize(
     ("changed", "kind", "text"),
     [
-        ({"ocv": ((0.0, 300.0),)}, EquationError, "no two rows"),
+        ({"ocv": ((0.0, 300.0),)}, EquationError, "2 rows or more"),
         ({"ocv": ((0.0, 300.0), (0.5, 290.0))}, EquationError, "not fall with the charge"),
         ({"ocv": ((0.0, 0.0), (0.5, 290.0))}, EquationError, "must be positive"),
         ({"ocv": ((0.0, 300.0), (1.5, 310.0))}, EquationError, "from 0 to 1"),

@@ -87,7 +87,7 @@ def test_vibration_by_the_kinematic_error_against_an_independent_integration():
         ({"T2": 10.0}, r"drive\.T2 = 10 N\.m .* greater than drive\.T1 = 14 N\.m"),
         ({"K1": 0.0}, r"drive\.K1 = 0 N\.m/rad"),
         ({"ratio": -100.0}, r"drive\.ratio = -100 .* greater than 0"),
-        ({"errors": ((2, 1e-4),)}, r"errors = .* order, amplitude \(rad\), phase \(rad\)"),
+        ({"errors": ((2, 1e-4),)}, r"errors = .* order, amplitude \(rad\) and phase \(rad\)"),
     ],
 )
 def test_what_makes_no_sense_is_refused(wrong, message):

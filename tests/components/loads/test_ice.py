@@ -103,7 +103,7 @@ def test_a_free_propeller_is_slowed_by_the_work_of_the_ice():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"blocks": ()}, "at least one row of factor, width"),
+        ({"blocks": ()}, "rows of factor, width"),
         ({"blocks": ((0.75, 90.0, 0.0),)}, "width 90 rad"),
         ({"blocks": ((-0.75, 1.0, 0.0),)}, "factor -0.75"),
         ({"Z": 0}, "Z = 0"),

@@ -130,8 +130,8 @@ class TestRefused:
     @pytest.mark.parametrize(
         ("rows", "words"),
         [
-            ((), "at least one row of tip speed ratio"),
-            (((0.0, 0.0), (8.0, 0.4)), "must increase from above zero, but 0 -> 0"),
+            ((), "rows of tip speed ratio"),
+            (((0.0, 0.0), (8.0, 0.4)), "from zero must increase, but 0 -> 0"),
             (((8.0, 0.4), (7.0, 0.3)), "8 -> 7"),
         ],
     )
