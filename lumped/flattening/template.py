@@ -200,7 +200,8 @@ class Template:
                 lower_or_nan(item.lower),
                 lower_or_nan(item.gap),
                 lowered(item.restitution),
-                (*(limit is not None for limit in limits), item.pressed),
+                (*(limit is not None for limit in limits), item.pressed, item.leaps),
+                item.words,
             )
         )
 

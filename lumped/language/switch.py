@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lumped.errors import EquationError, shown
 from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_expr, der
@@ -25,6 +25,12 @@ class Hold:
     restitution: Expr
     pressed: bool
     position: Expr | None
+    words: tuple[str, str, str] | None = None
+    leaps: bool = False
+
+    def called(self, sticks: str, slides: str, free: str = "free") -> Hold:
+        """The same, with words for events: what it is while it sticks, slides forward, is free."""
+        return replace(self, words=(sticks, slides, free))
 
     @property
     def impulsive(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -54,14 +54,26 @@ def singular_block(
     )
 
 
-def make_unheld_error(incidence: Incidence, row: int) -> SingularModelError:
-    """The error for a constraint whose reaction is known and whose speed is not."""
-    model, name = incidence.flat.name, _owner(incidence, row)
-    return SingularModelError(
-        f"{model}: {name} holds and slides, but one of its sides has no inertia, so that its "
-        "reaction is known and its speed is not while it slides. Put an Inertia or Mass on each "
-        f"side of {name}."
-    )
+class UnheldError(SingularModelError):
+    """Constraints whose reactions are known and whose speeds are not.
+
+    Attributes
+    ----------
+    names : frozenset of str
+        Paths of the parts that they belong to.
+    """
+
+    def __init__(self, reduced: Reduced, reactions: Mapping[int, int | None]) -> None:
+        incidence = reduced.incidence
+        own = ((b.nodes, row) for b in reduced.blocks for row, _ in b.equations if row in reactions)
+        names = [_owner(incidence, row) for nodes, row in own if reactions[row] not in nodes]
+        self.names = frozenset(names)
+        super().__init__(
+            f"{incidence.flat.name}: {names[0]} holds and slides, but one of its sides has no "
+            "inertia, so that its reaction is known and its speed is not while it slides. Beside "
+            "springs without damping this is solved if the friction does not depend on the "
+            f"sliding speed. Put an Inertia or Mass on each side of {names[0]}."
+        )
 
 
 def _owner(incidence: Incidence, row: int) -> str:
