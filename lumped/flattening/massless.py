@@ -18,7 +18,16 @@ import copy
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-from lumped.language.expression import Call, Compare, ConstantExpression, Expr, Ref, as_expr, walk
+from lumped.language.expression import (
+    Call,
+    Compare,
+    ConstantExpression,
+    Expr,
+    Ref,
+    as_expr,
+    text,
+    walk,
+)
 from lumped.language.quantity import Param, Quantity, Var
 from lumped.language.switch import Hold, Item, Single, hold
 from lumped.language.validity import Range
@@ -104,7 +113,8 @@ def _one_sided(item: Hold, found: Massless) -> Iterator[Single]:
     for way, sign, law, limit in ways:
         if law is None or limit is None:
             continue
-        found.ranges += _ratio(limit, law, f"{reaction.name}, {way}")
+        if text(limit) != text(law):
+            found.ranges += _ratio(limit, law, f"{reaction.name}, {way}")
         room = new(f"room_{way}", unit, f"what {reaction.name} can change until it slides {way}")
         slip = new(f"slip_{way}", rate, f"minus the speed of sliding {way}")
         own = new(f"position_{way}", "1", f"0 while it slides {way}, 1 while it does not")
@@ -126,7 +136,7 @@ def _one_sided(item: Hold, found: Massless) -> Iterator[Single]:
 
 
 def _ratio(static: Expr, kinetic: Expr, what: str) -> Iterator[Range]:
-    """The range of static over kinetic friction: 1."""
+    """The range of static over kinetic friction, 1, if it depends on parameters."""
     ratio = _of_parameters(static) / _of_parameters(kinetic)
     if any(isinstance(node, Ref) for node in walk(ratio)):
         yield Range(
