@@ -86,14 +86,14 @@ def _reduce(model: Component, of: Iterable[Name] | None, keep: Iterable[Name]) -
         return Structure(flatten(model), of, keep)
     except UnheldError as error:
         unheld = error
-    massless: frozenset[str] = frozenset()
-    found = unheld.names
-    while not found <= massless:
+    massless: dict[str, bool] = {}
+    found = unheld.massless
+    while not found.keys() <= massless.keys():
         massless |= found
         try:
             return Structure(flatten(model, massless=massless), of, keep)
         except UnheldError as error:
-            found = error.names
+            found = error.massless
         except SingularModelError:
             break
     raise SingularModelError(str(unheld))

@@ -51,7 +51,7 @@ class Recipe(NamedTuple):
     model: Component
     motions: Mapping[str, Expr]
     freed: frozenset[str]
-    massless: frozenset[str]
+    massless: Mapping[str, bool]
     watched: tuple[Formula, ...]
     outputs: list[str] | None
     kept: list[str]

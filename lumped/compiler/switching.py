@@ -95,14 +95,14 @@ class Switching(Shared):
         What limits and laws there are.
     is_pressed : ndarray of bool, shape (h,)
         Friction that impulses may press.
-    may_leap : ndarray of bool, shape (h,)
-        Holds whose speed may jump with conditions and functions of time.
+    may_leap, is_direct : ndarray of bool, shape (h,)
+        Holds whose speed may jump with conditions; those whose reaction gives it, not its rate.
     names : list of str
         Components of the holds.
     gap_units : list of str
         Units of their gaps.
     words : list of (str, str, str) or None
-        What holds are called while they stick, slide forward and are free, if components say it.
+        What holds are called while they stick, slide forward, are free; None for usual words.
     speeds : list of int
         Node of the speed of each hold, -1 if it is always zero.
     speed_signs : list of float
@@ -178,7 +178,7 @@ class Switching(Shared):
         self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in guarded))
         self.first_modes = np.array(first_modes, dtype=int)
         self.engaged = np.array(engaged, dtype=int)
-        *flags, pressed, self.may_leap = np.array(limits, dtype=bool).reshape(-1, 7).T
+        *flags, pressed, self.may_leap, self.is_direct = np.reshape(limits, (-1, 8)).T.astype(bool)
         self.has_upper, self.has_lower, self.has_forward, self.has_backward, self.has_gap = flags
         self.is_pressed = pressed & self.has_upper & self.has_lower
         table = ca.vertcat(ca.SX(0, 7), *quantities)

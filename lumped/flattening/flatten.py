@@ -25,7 +25,7 @@ def flatten(
     model: Component,
     motions: Mapping[str, Expr] | None = None,
     freed: frozenset[str] = frozenset(),
-    massless: frozenset[str] = frozenset(),
+    massless: Mapping[str, bool] | None = None,
 ) -> FlatModel:
     """Number the unknowns, parameters and equations of a model.
 
@@ -37,8 +37,8 @@ def flatten(
         Quantities and what they shall be: as many equations more.
     freed : frozenset of str
         Inputs given to instances that shall be unknowns: as many equations less.
-    massless : frozenset of str
-        Paths of components whose friction slides beside springs only (see `massless`).
+    massless : mapping of str to bool, optional
+        Paths of components whose friction slides beside springs only, and whether these are damped.
 
     Raises
     ------

@@ -59,7 +59,8 @@ class Stick:
         Infinite limits, and gaps that do not exist, are nan.
     given : tuple of bool
         Whether there are `upper`, `lower`, `forward`, `backward` and `gap`, whether impulses press
-        it, and whether its speed may jump with conditions and functions of time.
+        it, whether its speed may jump with conditions and functions of time, and whether its
+        reaction determines its speed, not its rate.
     words : (str, str, str), optional
         What it is called while it sticks, slides forward, and is free.
     """

@@ -1,7 +1,9 @@
 """Dry friction beside springs without inertia: Prandtl's and Jenkin's element.
 
-The reaction ``r`` follows from the twist of the springs, so that it cannot jump. While the friction
-slides, ``r`` stays at its limit, which determines the speed ``v``:
+The reaction ``r`` follows from the twist of the springs. Where these are damped, it also follows
+from the rate of the twist, so ``r`` and the sliding speed ``v`` are one problem at each instant, as
+a reaction and its acceleration are. Without damping ``r`` cannot jump; while the friction slides,
+``r`` stays at its limit, which determines ``v``:
 
     0 <= upper - r  _|_  forward >= 0
     0 <= r - lower  _|_  backward >= 0,    v = forward - backward
@@ -72,8 +74,10 @@ class Massless:
         return found
 
 
-def without_inertia(items: Iterable[Item]) -> Massless | None:
+def without_inertia(items: Iterable[Item], *, damped: bool) -> Massless | None:
     """Equations of a component with springs beside its friction; None if they have no solution.
+
+    Springs may be `damped`.
 
     Friction that depends on the sliding speed would jump, and contacts have no inertia to stop.
     """
@@ -81,18 +85,20 @@ def without_inertia(items: Iterable[Item]) -> Massless | None:
     for item in (e for e in items for e in (e if isinstance(e, tuple) else (e,))):
         if not isinstance(item, Hold):
             found.items.append(item)
-        elif _is_coulomb(item):
-            found.items += _one_sided(item, found)
+        elif _has_form(item, damped=damped):
+            found.speeds.add(item.speed.name)
+            found.items += [replace(item, direct=True)] if damped else _one_sided(item, found)
         else:
             return None
     return found
 
 
-def _is_coulomb(item: Hold) -> bool:
-    """Whether friction does not depend on the speed."""
+def _has_form(item: Hold, *, damped: bool) -> bool:
+    """Whether it is friction that, beside springs without damping, does not depend on the speed."""
     laws = [law for law in (item.forward, item.backward) if law is not None]
     speeds = [n for law in laws for n in walk(law) if isinstance(n, Ref)]
-    return item.gap is None and item.pressed and all(n.name != item.speed.name for n in speeds)
+    is_friction = item.gap is None and item.pressed
+    return is_friction and (damped or all(n.name != item.speed.name for n in speeds))
 
 
 def _one_sided(item: Hold, found: Massless) -> Iterator[Single]:
@@ -105,7 +111,6 @@ def _one_sided(item: Hold, found: Massless) -> Iterator[Single]:
         variable.name = name
         return Ref(speed.owner, name, variable)
 
-    found.speeds.add(speed.name)
     unit, rate = reaction.quantity.unit, speed.quantity.unit
     sliding: Expr = speed
     position: Expr = as_expr(0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from operator import attrgetter
 
@@ -120,8 +120,8 @@ class Tree:
         The top of the tree.
     freed : frozenset of str
         Inputs that are unknowns though they are given.
-    massless : frozenset of str
-        Paths of components whose friction slides beside springs only.
+    massless : mapping of str to bool, optional
+        Paths of components whose friction slides beside springs only, and whether these are damped.
 
     Raises
     ------
@@ -142,9 +142,9 @@ class Tree:
         self,
         model: Component,
         freed: frozenset[str] = frozenset(),
-        massless: frozenset[str] = frozenset(),
+        massless: Mapping[str, bool] | None = None,
     ) -> None:
-        self.model, self.freed, self.massless = model, freed, massless
+        self.model, self.freed, self.massless = model, freed, dict(massless or {})
         self.instances: list[Instance] = []
         self.quantities: list[Quantity] = []
         parameter_count = port_count = 0
@@ -160,8 +160,9 @@ class Tree:
             self._number[id(component)] = number
             cls = type(component)
             own = None
-            if path in massless:
-                own = without_inertia(component.equations())
+            if path in self.massless:
+                items = component.equations()
+                own = without_inertia(items, damped=self.massless[path])
                 layout = Layout(cls, own)
             elif cls in layouts:
                 layout = layouts[cls]

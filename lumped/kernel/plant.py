@@ -94,7 +94,8 @@ class Plant(Record):
 
     # holds: the first setting of each, the condition under which it acts (or -1), which limits and
     # laws it has, the state that is its speed (or -1), whether it takes impulses, whether they
-    # press it, and whether its speed may jump with conditions and functions of time
+    # press it, whether its speed may jump with conditions and functions of time, and whether its
+    # reaction determines its speed, not its rate
     hold_setting: Integers
     engaged_by: Integers
     has_upper: Integers
@@ -106,6 +107,7 @@ class Plant(Record):
     is_impulsive: Integers
     is_pressed: Integers
     may_leap: Integers
+    is_direct: Integers
 
     # which states have rates that are no unknowns of the equations of motion
     is_moved: Integers

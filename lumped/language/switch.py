@@ -12,7 +12,11 @@ from lumped.language.program import Question
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """A constraint ``speed == 0`` with a limited reaction (see `hold`)."""
+    """A constraint ``speed == 0`` with a limited reaction (see `hold`).
+
+    Its speed may leap with conditions and functions of time; it is direct if the reaction
+    determines the speed and not the rate of it, as beside dampers without inertia.
+    """
 
     reaction: Ref
     speed: Ref
@@ -27,6 +31,7 @@ class Hold:
     position: Expr | None
     words: tuple[str, str, str] | None = None
     leaps: bool = False
+    direct: bool = False
 
     def called(self, sticks: str, slides: str, free: str = "free") -> Hold:
         """The same, with words for events: what it is while it sticks, slides forward, is free."""

@@ -63,8 +63,9 @@ class Values:
         self._sx = ca.SX.zeros(count + 1)  # the last one is the constant zero
         self._rng = np.random.default_rng(1)
         self._number = np.zeros(count + 1)
-        reactions = reduced.incidence.reactions()
-        self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
+        holds = reduced.incidence.holds()
+        self._holds = {row: (reduced.node(r), reduced.node(v)) for row, (r, v) in holds.items()}
+        self._reactions = {row: reaction for row, (reaction, _) in self._holds.items()}
         self._joint, self._loops = reduced.find_solved_blocks(self._reactions)
         self._wave: list[int] = []
         for block in reduced.blocks:
@@ -358,7 +359,7 @@ class Values:
         try:
             return {i: place[node] for i, node in reactions.items() if node is not None}
         except KeyError:
-            raise UnheldError(self.reduced, self._reactions) from None
+            raise UnheldError(self.reduced, self._holds, self.of) from None
 
     def _sum_equations(
         self, sums: np.ndarray, numbers: np.ndarray, orders: np.ndarray, linear: LinearEquations

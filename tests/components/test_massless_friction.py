@@ -15,10 +15,12 @@ from lumped.components import (
     Clutch,
     Fixed,
     Inertia,
+    Jenkin,
     OneWayClutch,
     SlipCoupling,
     Speed,
     Spring,
+    SpringDamper,
     Torque,
 )
 from lumped.errors import SingularModelError, SolverError
@@ -219,7 +221,7 @@ def test_what_differs_at_rest_is_refused():
 
 
 def test_friction_that_depends_on_the_speed_is_refused():
-    with pytest.raises(SingularModelError, match="depend on the sliding speed"):
+    with pytest.raises(SingularModelError, match="depend on the sliding speed, or if"):
         assemble_row(
             left=Inertia(J=1.0),
             clutch=Clutch(f_max=1.0, u=1.0, characteristic=((0, 0.5), (10, 0.4))),
@@ -238,3 +240,120 @@ def test_orbit_of_a_massless_brake():
     orbit = lp.periodic(pulled(), period=1.0, warm_up=2)
     work = orbit.run.value(lp.functionals.integral("brake.tau", "brake.w"))
     assert work == pytest.approx(4 * TAU * (A - TAU / C), rel=1e-6)
+
+
+# -- damped springs ----------------------------------------------------------------------------
+
+D = 20.0
+EXACT = {"rtol": 1e-11, "atol": 1e-14, "max_step": 1e-4}
+
+
+def damped(u=1.0, peak=1.0):
+    return assemble_row(
+        brake=Brake(f_max=2 * TAU, u=u, peak=peak),
+        spring=SpringDamper(c=C, d=D),
+        drive=Speed(w=SWING),
+    )
+
+
+def twisted(tau, pieces):
+    """Twist of a damped spring behind friction: it follows, or relaxes to ``tau / c``."""
+
+    def rate(t, phi, limit):
+        follows = A * OMEGA * np.cos(OMEGA * t)
+        return (np.clip(C * phi + D * follows, -limit, limit) - C * phi) / D
+
+    phi, t = np.zeros(1), 0.0
+    for until, share in pieces:
+        found = solve_ivp(
+            rate,
+            (t, until),
+            phi,
+            "LSODA",
+            rtol=1e-11,
+            atol=1e-14,
+            max_step=1e-4,
+            args=(tau * share,),
+        )
+        t, phi = until, found.y[:, -1]
+    return phi[0]
+
+
+@pytest.mark.parametrize(
+    "pieces",
+    [[(1.3, 1.0)], [(0.12, 1.0), (0.6, 0.2), (1.3, 1.0)], [(0.12, 1.0), (0.6, 0), (1.3, 1)]],
+)
+def test_a_damped_spring_follows_or_relaxes(pieces):
+    u = 0.0
+    for end, share in reversed(pieces):
+        u = lp.ops.where(lp.time < end, share, u)
+    run = lp.simulate(damped(u), until=1.3, rtol=1e-11)
+    assert run["spring.phi_rel"][-1] == pytest.approx(twisted(TAU, pieces), abs=1e-9)
+    assert np.abs(run["spring.tau"]).max() <= TAU * (1 + 1e-9)
+
+
+def test_derivatives_beside_a_damped_spring():
+    last = lp.functionals.final("spring.phi_rel")
+    found = lp.gradient(damped(), of=[last], until=1.3, by=["brake.f_max"], rtol=1e-8)
+    h = 1e-4
+    slope = (twisted(TAU + h / 2, [(1.3, 1)]) - twisted(TAU - h / 2, [(1.3, 1)])) / (2 * h)
+    assert float(np.ravel(found.derivatives)[0]) == pytest.approx(slope, rel=1e-5)
+
+
+def test_beside_a_damped_spring_friction_may_be_greater_at_rest():
+    run = lp.simulate(damped(peak=1.2), until=0.2, rtol=1e-12)
+
+    def beyond(t):
+        return C * A * np.sin(OMEGA * t) + D * A * OMEGA * np.cos(OMEGA * t) - 1.2 * TAU
+
+    (begin, _), *_ = told(run)
+    assert begin == pytest.approx(brentq(beyond, 0.001, 0.1, xtol=1e-15), abs=1e-9)
+    assert run["spring.tau"][run.t > begin] == pytest.approx(TAU, rel=1e-9)
+
+
+def test_a_prescribed_speed_that_turns_at_once():
+    turns = lp.ops.where(lp.time < 0.1, 1.0, -1.0)
+    system = assemble_row(
+        brake=Brake(f_max=2 * TAU, u=1.0), spring=SpringDamper(c=C, d=D), drive=Speed(w=turns)
+    )
+    run = lp.simulate(system, until=0.2, rtol=1e-12)
+    relaxed = TAU / C * (1 - np.exp(-C * 0.1 / D))
+    back = -TAU / C + (relaxed + TAU / C) * np.exp(-C * 0.1 / D)
+    assert run["spring.phi_rel"][-1] == pytest.approx(back, rel=1e-9)
+    assert [after for _, after in told(run)] == ["backward"]
+
+
+def test_damped_and_undamped_springs_in_one_drive():
+    system = assemble_row(
+        left=Inertia(J=1.0, w=3.0),
+        clutch=SlipCoupling(kinetic=TAU, static=TAU, u=1.0),
+        shaft=SpringDamper(c=C, d=1.0),
+        middle=Inertia(J=1.0),
+        joint=Jenkin(c=C, tau_max=TAU),
+        right=Inertia(J=2.0),
+    )
+    run = lp.simulate(system, until=3.0, rtol=1e-10, certify=True)
+    assert {"clutch", "joint"} <= {event.component for event in run.events}
+    assert run.certificate.energy.error < 1e-8
+    momentum = run["left.w"] + run["middle.w"] + 2 * run["right.w"]
+    assert momentum == pytest.approx(np.full(len(momentum), 3.0), abs=1e-8)
+
+
+@pytest.mark.parametrize("slope", [2.0, -2.0])
+def test_beside_a_damped_spring_friction_may_depend_on_the_speed(slope):
+    """Sliding, ``c phi + d (w_end - w) = tau + slope w`` gives w, here by SciPy."""
+    rows = ((0.0, TAU), (1.0, TAU + slope))
+    system = assemble_row(
+        brake=Brake(f_max=1.0, u=1.0, characteristic=rows),
+        spring=SpringDamper(c=C, d=D),
+        drive=Speed(w=SWING),
+    )
+
+    def rate(t, phi):
+        follows = A * OMEGA * np.cos(OMEGA * t)
+        tau = C * phi + D * follows
+        return follows - np.sign(tau) * np.maximum(np.abs(tau) - TAU, 0.0) / (D + slope)
+
+    found = solve_ivp(rate, (0, 0.3), [0.0], "LSODA", **EXACT)
+    run = lp.simulate(system, until=0.3, rtol=1e-11)
+    assert run["spring.phi_rel"][-1] == pytest.approx(found.y[0, -1], abs=1e-9)

@@ -122,7 +122,7 @@ def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
     is_torn = is_stuck and (instant.has_moved or _has_leapt(run, seen, h))
     is_reversed = (forward and v < 0.0) or (backward and v > 0.0)
     if is_torn or (is_reversed and not plant.has_gap[h]):
-        if has_law:
+        if has_law and not plant.is_direct[h]:
             return FORWARD if v > 0.0 else BACKWARD
         return KEEPS if is_stuck else STUCK
     return KEEPS
