@@ -88,6 +88,9 @@ from lumped.components.couplings.pendulum import CentrifugalPendulum as Centrifu
 from lumped.components.couplings.torsional_dampers import TunedDamper as TunedDamper
 from lumped.components.couplings.torsional_dampers import TunedLossDamper as TunedLossDamper
 from lumped.components.couplings.torsional_dampers import ViscousDamper as ViscousDamper
+from lumped.components.dynamic_friction import BoucWen as BoucWen
+from lumped.components.dynamic_friction import Dahl as Dahl
+from lumped.components.dynamic_friction import LuGre as LuGre
 from lumped.components.electric.air_gap import AirGap as AirGap
 from lumped.components.electric.circuit import Battery as Battery
 from lumped.components.electric.circuit import Capacitor as Capacitor
@@ -181,6 +184,9 @@ from lumped.components.gearing.synchroniser import Synchroniser as Synchroniser
 from lumped.components.geneva import Geneva as Geneva
 from lumped.components.gravity import SwingingMass as SwingingMass
 from lumped.components.gravity import Weight as Weight
+from lumped.components.hysteresis import ClutchDisc as ClutchDisc
+from lumped.components.hysteresis import Iwan as Iwan
+from lumped.components.hysteresis import Jenkin as Jenkin
 from lumped.components.impact import Backlash as Backlash
 from lumped.components.impact import Coupling as Coupling
 from lumped.components.impact import PickUp as PickUp

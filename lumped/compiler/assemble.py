@@ -11,9 +11,10 @@ from contextlib import contextmanager
 from lumped.compiler.idle_parts import find_idle_parts
 from lumped.compiler.structure import Name, Structure
 from lumped.compiler.system import System
-from lumped.errors import ModelWarning
+from lumped.errors import ModelWarning, SingularModelError
 from lumped.flattening.flatten import flatten
 from lumped.language.component import Component
+from lumped.reduction.block_errors import UnheldError
 from lumped.support.arguments import checked
 from lumped.support.process_lock import process_lock
 
@@ -67,11 +68,32 @@ def assemble(
     """
     with process_lock, _pause_collector():
         begin = clock.perf_counter()
-        flat = flatten(model)
-        flattened = clock.perf_counter()
-        system = System(Structure(flat, of, keep))
-        system.seconds = {"flatten": flattened - begin, **system.seconds}
-        idle = find_idle_parts(flat)
+        structure = _reduce(model, of, keep)
+        reduced = clock.perf_counter()
+        system = System(structure)
+        spent = sum(structure.seconds.values())
+        system.seconds = {"flatten": reduced - begin - spent, **system.seconds}
+        idle = find_idle_parts(structure.flat)
     for text in idle:
-        warnings.warn(f"{flat.name}: {text}", ModelWarning, stacklevel=3)
+        warnings.warn(f"{structure.flat.name}: {text}", ModelWarning, stacklevel=3)
     return system
+
+
+def _reduce(model: Component, of: Iterable[Name] | None, keep: Iterable[Name]) -> Structure:
+    """The model reduced, with the equations of friction that has springs only on a side."""
+    of, keep = None if of is None else list(of), list(keep)
+    try:
+        return Structure(flatten(model), of, keep)
+    except UnheldError as error:
+        unheld = error
+    massless: dict[str, bool] = {}
+    found = unheld.massless
+    while not found.keys() <= massless.keys():
+        massless |= found
+        try:
+            return Structure(flatten(model, massless=massless), of, keep)
+        except UnheldError as error:
+            found = error.massless
+        except SingularModelError:
+            break
+    raise SingularModelError(str(unheld))

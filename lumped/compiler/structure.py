@@ -38,7 +38,7 @@ class Recipe(NamedTuple):
 
     Attributes
     ----------
-    model, motions, freed
+    model, motions, freed, massless
         What is flattened (see `flatten`).
     watched : tuple of Formula
         Those at whose kinks runs stop.
@@ -51,6 +51,7 @@ class Recipe(NamedTuple):
     model: Component
     motions: Mapping[str, Expr]
     freed: frozenset[str]
+    massless: Mapping[str, bool]
     watched: tuple[Formula, ...]
     outputs: list[str] | None
     kept: list[str]
@@ -60,7 +61,8 @@ class Recipe(NamedTuple):
 
     def make(self) -> Structure:
         """The structure."""
-        flat = watching(flatten(self.model, self.motions, self.freed), self.watched)
+        flat = flatten(self.model, self.motions, self.freed, self.massless)
+        flat = watching(flat, self.watched)
         options = {"foresee": self.foresee, "redundant": self.redundant}
         return Structure(flat, self.outputs, self.kept, self.ranks, **options)
 
@@ -147,7 +149,8 @@ class Structure(Shared):
         """All from which it is made again."""
         name, flat = self.tree.unknown_name, self.flat
         outputs = None if self.outputs is None else [name(u) for u in self.outputs]
-        of_flat = self.tree.model, flat.motions, self.tree.freed, tuple(flat.watched)
+        tree = self.tree
+        of_flat = tree.model, flat.motions, tree.freed, tree.massless, tuple(flat.watched)
         kept = [name(u) for u in self.kept]
         return Recipe(*of_flat, outputs, kept, self.ranks, self.foresee, self.redundant)
 

@@ -95,10 +95,14 @@ class Switching(Shared):
         What limits and laws there are.
     is_pressed : ndarray of bool, shape (h,)
         Friction that impulses may press.
+    may_leap, is_direct : ndarray of bool, shape (h,)
+        Holds whose speed may jump with conditions; those whose reaction gives it, not its rate.
     names : list of str
         Components of the holds.
     gap_units : list of str
         Units of their gaps.
+    words : list of (str, str, str) or None
+        What holds are called while they stick, slide forward, are free; None for usual words.
     speeds : list of int
         Node of the speed of each hold, -1 if it is always zero.
     speed_signs : list of float
@@ -126,6 +130,7 @@ class Switching(Shared):
         self._texts: dict[tuple[int, int], tuple[str, str]] = {}
         self.names: list[str] = []
         self.gap_units: list[str] = []
+        self.words: list[tuple[str, str, str] | None] = []
         self.speeds: list[int] = []
         self.speed_signs: list[float] = []
         self.jumps: list[_Jumps] = []
@@ -153,6 +158,7 @@ class Switching(Shared):
                     engaged.append(-1 if stick.engaged is None else mode + stick.engaged)
                     limits.append(stick.given)
                     self.names.append(name)
+                    self.words.append(stick.words)
                     unknown = int(group.unknowns[i, stick.speed[0]])
                     unit = self.flat.tree.quantity(unknown).unit
                     self.gap_units.append(unit.removesuffix("/s"))
@@ -172,7 +178,7 @@ class Switching(Shared):
         self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in guarded))
         self.first_modes = np.array(first_modes, dtype=int)
         self.engaged = np.array(engaged, dtype=int)
-        *flags, pressed = np.array(limits, dtype=bool).reshape(-1, 6).T
+        *flags, pressed, self.may_leap, self.is_direct = np.reshape(limits, (-1, 8)).T.astype(bool)
         self.has_upper, self.has_lower, self.has_forward, self.has_backward, self.has_gap = flags
         self.is_pressed = pressed & self.has_upper & self.has_lower
         table = ca.vertcat(ca.SX(0, 7), *quantities)

@@ -18,13 +18,14 @@ from lumped.language.declared import values_of
 from lumped.language.expression import Equation, Expr, Ref
 from lumped.language.quantity import param
 from lumped.language.switch import Hold, Item, Single, When
-from lumped.language.validity import borders, check_ranges
+from lumped.language.validity import borders
 
 
 def flatten(
     model: Component,
     motions: Mapping[str, Expr] | None = None,
     freed: frozenset[str] = frozenset(),
+    massless: Mapping[str, bool] | None = None,
 ) -> FlatModel:
     """Number the unknowns, parameters and equations of a model.
 
@@ -36,6 +37,8 @@ def flatten(
         Quantities and what they shall be: as many equations more.
     freed : frozenset of str
         Inputs given to instances that shall be unknowns: as many equations less.
+    massless : mapping of str to bool, optional
+        Paths of components whose friction slides beside springs only, and whether these are damped.
 
     Raises
     ------
@@ -48,7 +51,7 @@ def flatten(
     SingularModelError
         A component whose own equations do not match its own unknowns.
     """
-    tree = Tree(model, freed)
+    tree = Tree(model, freed, massless)
     parameters = collect(tree)
     joints = join(tree)
     own = _Groups(tree)
@@ -98,15 +101,16 @@ class _Groups:
     def add_own(self, number: int) -> Group:
         """Add an instance with its own equations; of equal ones they are asked for once."""
         node = self._tree.instances[number]
-        key = template_key(node.component)
+        key = template_key(node.component), node.massless is None
         if key not in self._alike:
             method = "initial_equations" if self._initial else "equations"
             with told_by(node.label, f"{method}()"):
                 found = getattr(node.component, method)()
             items = _list_items(node, found, f"{method}()")
             if not self._initial:
+                items = items if node.massless is None else node.massless.items
                 with told_by(node.label, "valid()"):
-                    items += borders(check_ranges(node.component.valid()))
+                    items += borders(node.ranges())
             self._alike[key] = self._group(node, items, own=True)
         group = self._alike[key]
         group.add(number, node.path)

@@ -58,8 +58,11 @@ class Stick:
     upper, lower, gap, restitution : SX
         Infinite limits, and gaps that do not exist, are nan.
     given : tuple of bool
-        Whether there are `upper`, `lower`, `forward`, `backward` and `gap`, and whether impulses
-        press it.
+        Whether there are `upper`, `lower`, `forward`, `backward` and `gap`, whether impulses press
+        it, whether its speed may jump with conditions and functions of time, and whether its
+        reaction determines its speed, not its rate.
+    words : (str, str, str), optional
+        What it is called while it sticks, slides forward, and is free.
     """
 
     equation: int
@@ -73,6 +76,7 @@ class Stick:
     gap: ca.SX
     restitution: ca.SX
     given: tuple[bool, ...]
+    words: tuple[str, str, str] | None
 
 
 @dataclass(frozen=True, eq=False)

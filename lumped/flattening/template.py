@@ -164,7 +164,7 @@ class Template:
         self.modes += [ca.SX.sym("mode") for _ in range(hold_modes.COUNT)]
         stuck, forward, backward, compliance, demand, share, _, _ = self.modes[first:]
         speed, reaction = lowered(item.speed), lowered(item.reaction)
-        acceleration = self._time_derivative(speed)
+        acceleration = speed if item.direct else self._time_derivative(speed)
         law = ca.SX(0)
         for way, sliding, given in ((1, forward, item.forward), (-1, backward, item.backward)):
             if given is not None:
@@ -200,7 +200,8 @@ class Template:
                 lower_or_nan(item.lower),
                 lower_or_nan(item.gap),
                 lowered(item.restitution),
-                (*(limit is not None for limit in limits), item.pressed),
+                (*(limit is not None for limit in limits), item.pressed, item.leaps, item.direct),
+                item.words,
             )
         )
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from operator import attrgetter
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest
+from lumped.flattening.massless import Massless, without_inertia
 from lumped.language.component import Component
 from lumped.language.connection import label
 from lumped.language.declared import (
@@ -23,6 +24,7 @@ from lumped.language.expression import Expr, Ref
 from lumped.language.formula import Formula
 from lumped.language.port import Port
 from lumped.language.quantity import Input, Output, Param, Quantity, Var
+from lumped.language.validity import Range, check_ranges
 
 
 class Layout:
@@ -40,12 +42,15 @@ class Layout:
         Local number of each parameter.
     """
 
-    def __init__(self, cls: type[Component]) -> None:
+    def __init__(self, cls: type[Component], massless: Massless | None = None) -> None:
         names: list[tuple[str, Quantity]] = []
         for name, port in ports_of(cls).items():
             names.append((f"{name}.{port.potential_name}", port.potential))
             names.append((f"{name}.{port.flow_name}", port.flow))
         names += [(n, q) for n, q in quantities_of(cls).items() if not isinstance(q, Param)]
+        if massless is not None:
+            names = [(n, massless.declared(n, q)) for n, q in names]
+            names += massless.variables.items()
         self.unknowns = {name: i for i, (name, _) in enumerate(names)}
         self.names = [name for name, _ in names]
         self.quantities = [quantity for _, quantity in names]
@@ -74,6 +79,8 @@ class Instance:
         Number of the parent node, -1 for the model.
     first_unknown, first_parameter, first_port : int
         Number of its first unknown, parameter and port.
+    massless : Massless, optional
+        Its equations, if its friction slides beside springs only.
     children : dict of str to int
         Node number of each part.
     """
@@ -85,11 +92,17 @@ class Instance:
     first_unknown: int
     first_parameter: int
     first_port: int
+    massless: Massless | None = None
     children: dict[str, int] = field(default_factory=dict)
 
     def name(self, local: str) -> str:
         """Dotted name of a quantity of this component."""
         return f"{self.path}.{local}" if self.path else local
+
+    def ranges(self) -> Iterator[Range]:
+        """Where its equations hold."""
+        yield from check_ranges(self.component.valid())
+        yield from () if self.massless is None else self.massless.ranges
 
     @property
     def label(self) -> str:
@@ -107,6 +120,8 @@ class Tree:
         The top of the tree.
     freed : frozenset of str
         Inputs that are unknowns though they are given.
+    massless : mapping of str to bool, optional
+        Paths of components whose friction slides beside springs only, and whether these are damped.
 
     Raises
     ------
@@ -123,8 +138,13 @@ class Tree:
         Number of the parameter that each input given as a number became.
     """
 
-    def __init__(self, model: Component, freed: frozenset[str] = frozenset()) -> None:
-        self.model, self.freed = model, freed
+    def __init__(
+        self,
+        model: Component,
+        freed: frozenset[str] = frozenset(),
+        massless: Mapping[str, bool] | None = None,
+    ) -> None:
+        self.model, self.freed, self.massless = model, freed, dict(massless or {})
         self.instances: list[Instance] = []
         self.quantities: list[Quantity] = []
         parameter_count = port_count = 0
@@ -139,11 +159,17 @@ class Tree:
             number = len(self.instances)
             self._number[id(component)] = number
             cls = type(component)
-            layout = layouts.get(cls)
-            if layout is None:
+            own = None
+            if path in self.massless:
+                items = component.equations()
+                own = without_inertia(items, damped=self.massless[path])
+                layout = Layout(cls, own)
+            elif cls in layouts:
+                layout = layouts[cls]
+            else:
                 layout = layouts[cls] = Layout(cls)
             firsts = self.unknown_count, parameter_count, port_count
-            self.instances.append(Instance(component, path, parent, layout, *firsts))
+            self.instances.append(Instance(component, path, parent, layout, *firsts, own))
             self.quantities += layout.quantities
             parameter_count += len(layout.parameters)
             port_count += len(layout.ports)

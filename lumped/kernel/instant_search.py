@@ -147,7 +147,7 @@ class InstantSearch(Record):
 
     # holds that stuck before, come to a standstill now, rest by the answer of an impact, are struck
     # by it, let go; energy lost in the impact, its impulse, and how much later the bounces end that
-    # are left out; whether speeds jumped
+    # are left out; speeds with the settings before; whether speeds jumped
     was_stuck: Annotated[Integers, "holds"]
     is_halted: Annotated[Integers, "holds"]
     is_settled: Annotated[Integers, "holds"]
@@ -156,6 +156,7 @@ class InstantSearch(Record):
     loss: Annotated[Numbers, "holds"]
     impulse: Annotated[Numbers, "holds"]
     delay: Annotated[Numbers, "holds"]
+    speed_before: Annotated[Numbers, "holds"]
     has_moved: int
     fastest: float
 

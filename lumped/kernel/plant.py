@@ -93,8 +93,9 @@ class Plant(Record):
     pieces: Numbers
 
     # holds: the first setting of each, the condition under which it acts (or -1), which limits and
-    # laws it has, the state that is its speed (or -1), whether it takes impulses, and whether they
-    # press it
+    # laws it has, the state that is its speed (or -1), whether it takes impulses, whether they
+    # press it, whether its speed may jump with conditions and functions of time, and whether its
+    # reaction determines its speed, not its rate
     hold_setting: Integers
     engaged_by: Integers
     has_upper: Integers
@@ -105,6 +106,8 @@ class Plant(Record):
     speed_state: Integers
     is_impulsive: Integers
     is_pressed: Integers
+    may_leap: Integers
+    is_direct: Integers
 
     # which states have rates that are no unknowns of the equations of motion
     is_moved: Integers

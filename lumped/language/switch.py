@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lumped.errors import EquationError, shown
 from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_expr, der
@@ -12,7 +12,11 @@ from lumped.language.program import Question
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """A constraint ``speed == 0`` with a limited reaction (see `hold`)."""
+    """A constraint ``speed == 0`` with a limited reaction (see `hold`).
+
+    Its speed may leap with conditions and functions of time; it is direct if the reaction
+    determines the speed and not the rate of it, as beside dampers without inertia.
+    """
 
     reaction: Ref
     speed: Ref
@@ -25,6 +29,13 @@ class Hold:
     restitution: Expr
     pressed: bool
     position: Expr | None
+    words: tuple[str, str, str] | None = None
+    leaps: bool = False
+    direct: bool = False
+
+    def called(self, sticks: str, slides: str, free: str = "free") -> Hold:
+        """The same, with words for events: what it is while it sticks, slides forward, is free."""
+        return replace(self, words=(sticks, slides, free))
 
     @property
     def impulsive(self) -> bool:

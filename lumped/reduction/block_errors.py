@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 
+import casadi as ca
 import numpy as np
 
 from lumped.errors import SingularModelError
@@ -54,14 +55,43 @@ def singular_block(
     )
 
 
-def make_unheld_error(incidence: Incidence, row: int) -> SingularModelError:
-    """The error for a constraint whose reaction is known and whose speed is not."""
-    model, name = incidence.flat.name, _owner(incidence, row)
-    return SingularModelError(
-        f"{model}: {name} holds and slides, but one of its sides has no inertia, so that its "
-        "reaction is known and its speed is not while it slides. Put an Inertia or Mass on each "
-        f"side of {name}."
-    )
+class UnheldError(SingularModelError):
+    """Constraints whose reactions are known and whose speeds are not.
+
+    Attributes
+    ----------
+    massless : dict of str to bool
+        Paths of the parts that they belong to, and whether the springs beside them are damped.
+    """
+
+    def __init__(
+        self,
+        reduced: Reduced,
+        holds: Mapping[int, tuple[int | None, int | None]],
+        of: Callable[[list[int]], ca.SX],
+    ) -> None:
+        incidence = reduced.incidence
+        states = _symbols(of(reduced.states))
+        self.massless: dict[str, bool] = {}
+        for block in reduced.blocks:
+            for row, _ in block.equations:
+                reaction, speed = holds.get(row, (None, None))
+                if reaction is not None and reaction not in block.nodes:
+                    motion = set() if speed is None else _symbols(of([speed]))
+                    is_damped = bool(_symbols(of([reaction])) & motion & states)
+                    self.massless[_owner(incidence, row)] = is_damped
+        names = list(self.massless)
+        super().__init__(
+            f"{incidence.flat.name}: {names[0]} holds and slides, but one of its sides has no "
+            "inertia, so that its reaction is known and its speed is not while it slides. Beside "
+            "springs this is solved for friction that does not depend on the sliding speed, or if "
+            f"they are damped. Put an Inertia or Mass on each side of {names[0]}."
+        )
+
+
+def _symbols(expressions: ca.SX) -> set[int]:
+    """Symbols in expressions."""
+    return {symbol.element_hash() for symbol in ca.symvar(expressions)}
 
 
 def _owner(incidence: Incidence, row: int) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 
 from lumped.flattening.residual import CONSTANT
 from lumped.flattening.tape import TapeTerm
-from lumped.reduction.block_errors import make_unheld_error, singular_block
+from lumped.reduction.block_errors import UnheldError, singular_block
 from lumped.reduction.elimination import SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence
 from lumped.reduction.linear_equations import LinearEquations
@@ -63,8 +63,9 @@ class Values:
         self._sx = ca.SX.zeros(count + 1)  # the last one is the constant zero
         self._rng = np.random.default_rng(1)
         self._number = np.zeros(count + 1)
-        reactions = reduced.incidence.reactions()
-        self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
+        holds = reduced.incidence.holds()
+        self._holds = {row: (reduced.node(r), reduced.node(v)) for row, (r, v) in holds.items()}
+        self._reactions = {row: reaction for row, (reaction, _) in self._holds.items()}
         self._joint, self._loops = reduced.find_solved_blocks(self._reactions)
         self._wave: list[int] = []
         for block in reduced.blocks:
@@ -354,14 +355,11 @@ class Values:
         if not self._reactions:
             return {}
         place = {node: j for j, node in enumerate(block.nodes)}
-        found: dict[int, int] = {}
-        for i, (row, _) in enumerate(block.equations):
-            reaction = self._reactions.get(row)
-            if reaction is not None:
-                if reaction not in place:
-                    raise make_unheld_error(self.reduced.incidence, row)
-                found[i] = place[reaction]
-        return found
+        reactions = {i: self._reactions.get(row) for i, (row, _) in enumerate(block.equations)}
+        try:
+            return {i: place[node] for i, node in reactions.items() if node is not None}
+        except KeyError:
+            raise UnheldError(self.reduced, self._holds, self.of) from None
 
     def _sum_equations(
         self, sums: np.ndarray, numbers: np.ndarray, orders: np.ndarray, linear: LinearEquations

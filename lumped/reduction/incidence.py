@@ -102,14 +102,15 @@ class Incidence:
         block = bisect_right(self._firsts, row) - 1
         return block, row - self._firsts[block]
 
-    def reactions(self) -> dict[int, int]:
-        """The equations of constraints that hold or slide, and the unknown reaction of each."""
-        found: dict[int, int] = {}
+    def holds(self) -> dict[int, tuple[int, int]]:
+        """Equations of constraints that hold or slide: the unknown reaction and speed of each."""
+        found: dict[int, tuple[int, int]] = {}
         for group, e, instances, first in self.blocks:
             for stick in group.template.sticks:
                 if stick.equation == e:
-                    unknowns = group.unknowns[instances, stick.reaction[0]].tolist()
-                    found.update(enumerate(unknowns, first))
+                    own = (group.unknowns[instances, k[0]] for k in (stick.reaction, stick.speed))
+                    pairs = zip(*(unknowns.tolist() for unknowns in own), strict=True)
+                    found.update(enumerate(pairs, first))
         return found
 
     def proportional(self, row: int, order: int = 0) -> bool:

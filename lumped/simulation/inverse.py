@@ -97,7 +97,7 @@ def inverse(
             f"drives ({', '.join(drives) or 'none'}); each motion needs a drive of its own."
         )
     try:
-        flat = flatten(system.model, motions, frozenset(drives))
+        flat = flatten(system.model, motions, frozenset(drives), tree.massless)
         inverted = System(Structure(flat, None, system.structure.recipe.kept))
         inverted.function(drives)  # refuses drives that nothing determines
     except SingularModelError as error:

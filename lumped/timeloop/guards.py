@@ -110,10 +110,34 @@ def list_dependent(system: System) -> list[int]:
 @made_once
 def followers(system: System) -> tuple[list[str], ca.Function]:
     """Dependent positions and speeds that depend on modes: names and values."""
-    nodes = list_dependent(system)
+    relieved = _find_relieved(system)
+    nodes = [n for n in list_dependent(system) if n not in relieved]
     found = system.structure.values.of(nodes)
     touched = sorted(
         set(ca.jacobian_sparsity(found, system.structure.values.modes).get_triplet()[0])
     )
     names = [system.structure.node_name(nodes[i]) for i in touched]
     return names, ca.Function("followers", system.inputs, [found[touched]])
+
+
+def _find_relieved(system: System) -> set[int]:
+    """Dependent nodes that may jump, as only limits of friction beside springs follow them."""
+    structure, reduced = system.structure, system.structure.reduced
+    limits = {
+        reduced.node(node.first_unknown + node.layout.unknowns[room])
+        for node in structure.tree.instances
+        for room in (() if node.massless is None else node.massless.rooms)
+    }
+    if not limits:
+        return set()
+    dependent = {int(reduced.block_of[n]) for n in reduced.dependent}
+    own = {int(reduced.block_of[n]) for n in limits if n is not None}
+    leads, harms = set(own), set[int]()  # blocks that limits need, and that other followers need
+    for number in range(len(reduced.blocks) - 1, -1, -1):
+        follows = number in dependent and (number not in leads or number in harms)
+        for needed in reduced.blocks[number].needs:
+            if follows or (number in harms and number not in dependent):
+                harms.add(needed)
+            if number in leads:
+                leads.add(needed)
+    return {n for n in reduced.dependent if int(reduced.block_of[n]) in leads - harms}

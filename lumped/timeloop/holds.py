@@ -106,5 +106,6 @@ def turn_condition(
 
 def hold_words(switching: Switching, hold: int) -> tuple[str, str, str, str]:
     """Words for a hold that is stuck, slides forward or backward, or is free."""
-    gap = switching.has_gap[hold]
-    return ("closed" if gap else "stuck", "open" if gap else "forward", "backward", "free")
+    own = ("closed", "open") if switching.has_gap[hold] else ("stuck", "forward")
+    sticks, slides, free = switching.words[hold] or (*own, "free")
+    return sticks, slides, "backward", free

@@ -104,10 +104,10 @@ def clutch_pulled_apart():
 
 @friction(SingularModelError, "clutch", "no inertia", "Inertia or Mass on each side")
 def clutch_without_a_body_on_one_side():
-    """A clutch drives a shaft without inertia."""
+    """A clutch, whose friction depends on the speed, drives a shaft without inertia."""
     assemble_row(
         motor=Inertia(J=1.0),
-        clutch=Clutch(f_max=10.0, u=1.0),
+        clutch=Clutch(f_max=10.0, u=1.0, characteristic=((0.0, 0.5), (10.0, 0.4))),
         shaft=Spring(c=100.0),
         load=Inertia(J=1.0),
     )

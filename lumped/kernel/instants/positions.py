@@ -101,6 +101,14 @@ def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
 
 
 @kernel
+def _has_leapt(run: Run, seen: Look, h: int) -> bool:
+    """Whether the limit of friction beside springs has jumped away from its reaction."""
+    before = run.instant.speed_before[h]
+    least = STANDSTILL * (1.0 + abs(before))
+    return run.plant.may_leap[h] != 0 and seen.speed[h] - before > least
+
+
+@kernel
 def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
     """The position that follows from speeds, whatever the reactions; KEEPS if none does."""
     plant, instant = run.plant, run.instant
@@ -111,10 +119,10 @@ def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
     if is_at_rest(instant, seen, h):
         return KEEPS
     has_law = plant.has_forward[h] if v > 0.0 else plant.has_backward[h]
-    is_torn = is_stuck and instant.has_moved
+    is_torn = is_stuck and (instant.has_moved or _has_leapt(run, seen, h))
     is_reversed = (forward and v < 0.0) or (backward and v > 0.0)
     if is_torn or (is_reversed and not plant.has_gap[h]):
-        if has_law:
+        if has_law and not plant.is_direct[h]:
             return FORWARD if v > 0.0 else BACKWARD
         return KEEPS if is_stuck else STUCK
     return KEEPS
@@ -181,6 +189,23 @@ def _flip(run: Run) -> None:
 
 
 @kernel
+def _note_leaps(run: Run) -> None:
+    """Note speeds with the settings before, and release what has jumped away from its limit."""
+    plant, instant = run.plant, run.instant
+    may_leap = False
+    for h in range(plant.holds):
+        may_leap = may_leap or plant.may_leap[h] != 0
+    if not may_leap:
+        return
+    look_at(run, instant.x, instant.before, instant.seen)
+    copy_numbers(plant.holds, instant.seen.speed, instant.speed_before)
+    look_at(run, instant.x, instant.m, instant.seen)
+    for h in range(plant.holds):
+        if is_held(plant, instant.m, h) and _has_leapt(run, instant.seen, h):
+            set_position(plant, instant.m, h, FORWARD)
+
+
+@kernel
 def _prepare(run: Run) -> None:
     """Copy the states and settings of the run, which the search then changes."""
     plant, instant = run.plant, run.instant
@@ -195,6 +220,7 @@ def _prepare(run: Run) -> None:
         if instant.was_stuck[h]:
             stop(plant, instant, h)  # implicit steps leave rounding there
             any_stuck = True
+    _note_leaps(run)
     if run.may_be_redundant and any_stuck:
         look_at(run, instant.x, instant.m, instant.seen)
         halt(run, instant.seen)  # redundant constraints have yielded

@@ -246,6 +246,8 @@ def _tables(system: System) -> dict[str, Any]:
         "speed_state": [place.get(node, -1) for node in s.speeds],
         "is_impulsive": ~(s.has_upper & s.has_lower),
         "is_pressed": s.is_pressed,
+        "may_leap": s.may_leap,
+        "is_direct": s.is_direct,
         "jump_setting": [jump.mode for jump in s.jumps],
         "jump_condition": [
             relations.index(jump.mode) if jump.mode in relations else -1 for jump in s.jumps

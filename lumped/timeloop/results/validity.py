@@ -9,7 +9,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import SolverError, told_by
 from lumped.language.formula import Formula
-from lumped.language.validity import Range, borders, check_ranges
+from lumped.language.validity import Range, borders
 from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.plants.many_points import quantity_along
@@ -64,7 +64,7 @@ def ranges(system: System) -> tuple[HeldRange, ...]:
     found = []
     for node in system.structure.tree.instances:
         with told_by(node.label, "valid()"):
-            for each in check_ranges(node.component.valid()):
+            for each in node.ranges():
                 found.append(HeldRange(node.path, node.label, Formula.of(each.expression), each))
     return tuple(found)
 

@@ -11,6 +11,7 @@ import numpy as np
 import powers_of_converters
 import powers_of_elements
 import powers_of_engines
+import powers_of_hysteresis
 import powers_of_machines
 import powers_of_mechanisms
 import powers_of_sources
@@ -33,6 +34,7 @@ ROUNDING = 1e-14  # W, where contacts are open and all powers are zero
 STORED: dict[type[lp.Component], Energy] = (
     powers_of_elements.STORED
     | powers_of_converters.STORED
+    | powers_of_hysteresis.STORED
     | powers_of_engines.STORED
     | powers_of_mechanisms.STORED
     | powers_of_machines.STORED
@@ -40,6 +42,7 @@ STORED: dict[type[lp.Component], Energy] = (
 DISSIPATED: dict[type[lp.Component], Power] = (
     powers_of_elements.DISSIPATED
     | powers_of_converters.DISSIPATED
+    | powers_of_hysteresis.DISSIPATED
     | powers_of_engines.DISSIPATED
     | powers_of_mechanisms.DISSIPATED
     | powers_of_machines.DISSIPATED
