@@ -27,7 +27,8 @@ from lumped import (
 from lumped.components.characteristic import coulomb
 from lumped.components.compliance import Spring
 from lumped.components.couplings.elastic import elastic_energy, elastic_force
-from lumped.errors import EquationError
+from lumped.components.rows import check_ascending, check_rows
+from lumped.errors import EquationError, shown
 from lumped.language.component import Made
 from lumped.language.expression import Datum, as_expr
 from lumped.language.switch import Item
@@ -92,26 +93,22 @@ class Jenkin(_Twisted):
 
 def _elements(joint: Iwan) -> list[Component]:
     """Elements that add up to a backbone: each takes one bend of it."""
-    hint = "Give rows of twist and torque such as ((0, 0), (0.01, 40), (0.03, 60))."
-    try:
-        rows = [(float(phi), float(tau)) for phi, tau in joint.backbone]
-    except (TypeError, ValueError):
-        rows = []
-    if len(rows) < 2 or rows[0] != (0.0, 0.0):
-        raise EquationError(f"backbone = {joint.backbone!r} must begin with the row (0, 0). {hint}")
-    slopes = []
-    for (phi_0, tau_0), (phi_1, tau_1) in itertools.pairwise(rows):
-        if not phi_0 < phi_1 < float("inf") or not abs(tau_1) < float("inf"):
-            raise EquationError(f"backbone: twists must increase, but {phi_0:g} -> {phi_1:g} rad.")
-        slopes.append((tau_1 - tau_0) / (phi_1 - phi_0))
+    what, example = "twist (rad) and torque (N.m)", "((0, 0), (0.01, 40), (0.03, 60))"
+    rows = check_rows("backbone", joint.backbone, what, example, least=2)
+    check_ascending("backbone", "twists", [phi for phi, _ in rows], "rad")
+    if rows[0] != (0.0, 0.0):
+        raise EquationError(f"backbone = {shown(joint.backbone)}: the first row must be (0, 0).")
+    slopes = [
+        (t_1 - t_0) / (phi_1 - phi_0) for (phi_0, t_0), (phi_1, t_1) in itertools.pairwise(rows)
+    ]
     found: list[Component] = []
     for (phi, _), (before, after) in zip(rows[1:-1], itertools.pairwise(slopes), strict=True):
         if before > after:
             found.append(Jenkin(c=before - after, tau_max=(before - after) * phi))
     if min(slopes) < 0 or any(before < after for before, after in itertools.pairwise(slopes)):
         raise EquationError(
-            f"backbone = {joint.backbone!r}: its stiffness must not rise or be negative, as "
-            f"sliding only makes it softer. {hint}"
+            f"backbone = {shown(joint.backbone)}: its stiffness must not rise or be negative, as "
+            f"sliding only makes it softer, such as {example}."
         )
     return found + [Spring(c=slopes[-1])] * (slopes[-1] > 0)
 
@@ -197,27 +194,18 @@ class ClutchDisc(_Twisted):
 
 def _stages(name: str, rows: Rows) -> list[_Stage]:
     """Rows of stages that make sense."""
-    hint = "Give rows such as ((0, 60, 1), (0.12, 1500, 20), (0.4, 2e5, 20))."
-    try:
-        found = [(float(begin), float(c), float(friction)) for begin, c, friction in rows]
-    except (TypeError, ValueError):
-        found = []
-    if not found or found[0][0] != 0:
-        raise EquationError(
-            f"{name} = {rows!r}: rows of twist in rad, stiffness in N.m/rad and friction torque in "
-            f"N.m are needed, the first of them at the twist 0. {hint}"
-        )
-    for (before, *_), (after, *_) in itertools.pairwise(found):
-        if not before < after < float("inf"):
-            raise EquationError(f"{name}: twists must increase, but {before:g} -> {after:g} rad.")
+    what = "twist (rad) from 0 on, stiffness (N.m/rad) and friction torque (N.m)"
+    found = check_rows(name, rows, what, "((0, 60, 1), (0.12, 1500, 20), (0.4, 2e5, 20))", 3)
+    if found[0][0] != 0:
+        raise EquationError(f"{name}: the first stage begins at {found[0][0]:g} rad, not at 0.")
+    check_ascending(name, "twists", [begin for begin, *_ in found], "rad")
     for begin, c, friction in found:
-        if not 0 < c < float("inf") or not 0 <= friction < float("inf"):
+        if c <= 0 or friction < 0:
             raise EquationError(
-                f"{name}: stiffness {c:g} N.m/rad and friction {friction:g} N.m of the stage from "
-                f"{begin:g} rad must be finite, the stiffness greater than 0, the friction not "
-                "negative."
+                f"{name}: in the stage from {begin:g} rad the stiffness {c:g} N.m/rad must be "
+                f"greater than 0, the friction {friction:g} N.m not negative."
             )
-    return found
+    return [(begin, c, friction) for begin, c, friction in found]
 
 
 def _torques(stages: list[_Stage]) -> list[tuple[float, float]]:

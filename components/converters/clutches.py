@@ -27,7 +27,7 @@ from lumped.components.friction import _BetweenShafts
 from lumped.language.component import Made
 from lumped.language.switch import Item
 from lumped.language.value_types import Rows
-from lumped.ops import maximum, where
+from lumped.ops import where
 
 __all__ = ["CentrifugalClutch", "DualClutch", "HeatedClutch", "PressureClutch", "SpragClutch"]
 
@@ -95,13 +95,15 @@ class CentrifugalClutch(_BetweenShafts):
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         yield self.w_a == der(self.flange_a.phi)
-        yield self.f_n == maximum(self.m * self.r_g * self.w_a**2 - self.f_spring, 0.0)
+        pressed = self.m * self.r_g * self.w_a**2 - self.f_spring
+        touches = (pressed > 0).called("thrown out", "held back")
+        yield self.f_n == where(touches, pressed, 0.0)
         yield dry_friction(
             self.tau,
             self.w_rel,
             self.characteristic,
             grip=self.r * self.n * self.f_n,
-            engaged=self.f_n > 0,
+            engaged=touches,
             peak=self.peak,
             position=self.position,
         )
@@ -133,13 +135,15 @@ class PressureClutch(_BetweenShafts):
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         yield self.T_p * der(self.p) == self.p_wanted - self.p
-        yield self.f_n == maximum(self.A * self.p - self.f_spring, 0.0)
+        pressed = self.A * self.p - self.f_spring
+        touches = (pressed > 0).called("touching", "released")
+        yield self.f_n == where(touches, pressed, 0.0)
         yield dry_friction(
             self.tau,
             self.w_rel,
             self.characteristic,
             grip=self.n * self.r * self.f_n * self._warm(),
-            engaged=self.f_n > 0,
+            engaged=touches,
             peak=self.peak,
             position=self.position,
         )

@@ -28,7 +28,7 @@ from lumped.language.value_types import Rows
 
 if TYPE_CHECKING:
     from lumped.life.mesh_stiffness import MeshStiffness
-    from lumped.numerics.harmonic_sums import Harmonics
+    from lumped.numerics.harmonics import Harmonics
 
 __all__ = ["GearMesh"]
 

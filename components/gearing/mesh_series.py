@@ -12,7 +12,7 @@ from lumped.language.expression import Datum, Expr
 from lumped.language.value_types import Rows
 
 if TYPE_CHECKING:
-    from lumped.numerics.harmonic_sums import Harmonics
+    from lumped.numerics.harmonics import Harmonics
 
 __all__ = ["mean_of_curve", "of_contact", "of_curve", "of_rows", "positive", "summed"]
 
@@ -53,7 +53,7 @@ def of_curve(name: str, rows: Rows, harmonics: int) -> Harmonics:
     -------
     Harmonics
     """
-    from lumped.numerics.harmonic_sums import harmonics_of_lines
+    from lumped.numerics.harmonics import harmonics_of_lines
 
     return harmonics_of_lines(_closed(name, rows), harmonics)
 
@@ -90,7 +90,7 @@ def positive(rows: Harmonics) -> Harmonics:
     -------
     Harmonics
     """
-    from lumped.numerics.harmonic_sums import lowest_of_harmonics
+    from lumped.numerics.harmonics import lowest_of_harmonics
 
     low, at = lowest_of_harmonics(rows)
     if low <= -1:

@@ -142,7 +142,7 @@ def turbulence(
     tuple of list of float
         ``duration / step + 1`` times, s, and speeds, m/s.
     """
-    from lumped.numerics.harmonic_sum import harmonic_sum
+    from lumped.numerics.harmonics import make_series
 
     _positive(v=v, sigma=sigma, z=z, duration=duration, step=step)
     n = round(duration / step)
@@ -156,7 +156,7 @@ def turbulence(
     for i in range(1, n // 2):
         S = 4 * sigma**2 * L / v / (1 + 6 * i * df * L / v) ** (5 / 3)
         amplitudes.append((2 * S * df) ** 0.5)
-    speeds = [v + part for part in harmonic_sum(amplitudes, n, seed)]
+    speeds = [v + part for part in make_series(amplitudes, n, seed)]
     return [i * step for i in range(n + 1)], [*speeds, speeds[0]]
 
 

@@ -13,7 +13,7 @@ from math import cos, degrees, exp, floor, inf, log, pi, sin
 from lumped.errors import OptionError
 from lumped.life.gear_pair import GearPair
 from lumped.life.gear_rating import STEEL
-from lumped.numerics.harmonic_sums import Harmonics
+from lumped.numerics.harmonics import Harmonics
 
 
 @dataclass(frozen=True)

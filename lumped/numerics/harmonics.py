@@ -1,4 +1,4 @@
-"""Sums of harmonics of an angle: of a curve made of straight lines, and their lowest value."""
+"""Sums of harmonics: of curves of straight lines, their lowest value, and with random phases."""
 
 from __future__ import annotations
 
@@ -39,7 +39,9 @@ def harmonics_of_lines(points: Sequence[tuple[float, float]], count: int) -> Har
 
 
 def lowest_of_harmonics(rows: Harmonics) -> tuple[float, float]:
-    """Lowest value of a sum of harmonics of whole numbers among 720 angles, and that angle, rad.
+    """Lowest value of a sum of harmonics, and its angle, rad.
+
+    Of harmonics that are no whole numbers it is the bound ``-sum(abs(amplitude))``.
 
     Parameters
     ----------
@@ -50,6 +52,35 @@ def lowest_of_harmonics(rows: Harmonics) -> tuple[float, float]:
     -------
     (float, float)
     """
-    x = np.linspace(0, 2 * np.pi, 720, endpoint=False)
+    if any(k != round(k) for k, _, _ in rows):
+        return -sum(abs(a) for _, a, _ in rows), 0.0
+    n = max((int(k) for k, _, _ in rows), default=0)
+    slope = np.zeros(2 * n + 1, dtype=complex)  # a polynomial of exp(i x)
+    for k, a, p in rows:
+        slope[n - int(k)] += 0.5j * k * a * cmath.exp(1j * p)
+        slope[n + int(k)] -= 0.5j * k * a * cmath.exp(-1j * p)
+    x = np.append(0.0, np.angle(np.roots(slope)))
     total = sum((a * np.cos(k * x + p) for k, a, p in rows), np.zeros_like(x))
     return float(total.min()), float(x[total.argmin()])
+
+
+def make_series(amplitudes: Sequence[float], n: int, seed: int) -> list[float]:
+    """Sum of the harmonics 1, 2, ... of a period with random phases, at n points of it.
+
+    Parameters
+    ----------
+    amplitudes : sequence of float
+        Of the harmonics, fewer than n / 2.
+    n : int
+        Number of points, even.
+    seed : int
+        Of the random phases, uniform over a turn.
+
+    Returns
+    -------
+    list of float
+    """
+    phases = np.random.default_rng(seed).uniform(0.0, 2 * np.pi, len(amplitudes))
+    lines = np.zeros(n // 2 + 1, dtype=complex)
+    lines[1 : len(amplitudes) + 1] = np.asarray(amplitudes) * np.exp(1j * phases)
+    return [float(value) for value in np.fft.irfft(lines, n) * n / 2]
