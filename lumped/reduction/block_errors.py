@@ -64,29 +64,35 @@ class UnheldError(SingularModelError):
         Paths of the parts that they belong to, and whether the springs beside them are damped.
     """
 
-    def __init__(
-        self,
-        reduced: Reduced,
-        holds: Mapping[int, tuple[int | None, int | None]],
-        of: Callable[[list[int]], ca.SX],
-    ) -> None:
-        incidence = reduced.incidence
-        states = _symbols(of(reduced.states))
-        self.massless: dict[str, bool] = {}
-        for block in reduced.blocks:
-            for row, _ in block.equations:
-                reaction, speed = holds.get(row, (None, None))
-                if reaction is not None and reaction not in block.nodes:
-                    motion = set() if speed is None else _symbols(of([speed]))
-                    is_damped = bool(_symbols(of([reaction])) & motion & states)
-                    self.massless[_owner(incidence, row)] = is_damped
-        names = list(self.massless)
-        super().__init__(
-            f"{incidence.flat.name}: {names[0]} holds and slides, but one of its sides has no "
-            "inertia, so that its reaction is known and its speed is not while it slides. Beside "
-            "springs this is solved for friction that does not depend on the sliding speed, or if "
-            f"they are damped. Put an Inertia or Mass on each side of {names[0]}."
-        )
+    def __init__(self, message: str, massless: Mapping[str, bool] | None = None) -> None:
+        super().__init__(message)
+        self.massless = dict(massless or {})
+
+
+def make_unheld_error(
+    reduced: Reduced,
+    holds: Mapping[int, tuple[int | None, int | None]],
+    of: Callable[[list[int]], ca.SX],
+) -> UnheldError:
+    """The error for constraints whose reactions are known and whose speeds are not."""
+    incidence = reduced.incidence
+    states = _symbols(of(reduced.states))
+    massless: dict[str, bool] = {}
+    for block in reduced.blocks:
+        for row, _ in block.equations:
+            reaction, speed = holds.get(row, (None, None))
+            if reaction is not None and reaction not in block.nodes:
+                motion = set() if speed is None else _symbols(of([speed]))
+                is_damped = bool(_symbols(of([reaction])) & motion & states)
+                massless[_owner(incidence, row)] = is_damped
+    name = next(iter(massless))
+    return UnheldError(
+        f"{incidence.flat.name}: {name} holds and slides, but one of its sides has no "
+        "inertia, so that its reaction is known and its speed is not while it slides. Beside "
+        "springs this is solved for friction that does not depend on the sliding speed, or if "
+        f"they are damped. Put an Inertia or Mass on each side of {name}.",
+        massless,
+    )
 
 
 def _symbols(expressions: ca.SX) -> set[int]:
