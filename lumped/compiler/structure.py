@@ -188,10 +188,11 @@ class Structure(Shared):
         return self.values.implicit
 
     def _members_of_nodes(self) -> dict[int, int]:
-        """Unknown that gives each node its name: a variable before a port quantity."""
+        """Unknown that gives each node its name, of its sign: a variable before a port quantity."""
         other = np.array([q.kind != "variable" for q in self.tree.quantities], dtype=bool)
-        best = np.lexsort((other, self.reduced.nodes))
-        nodes, places = np.unique(self.reduced.nodes[best], return_index=True)
+        own = np.where(self.reduced.aliases.signs > 0, self.reduced.nodes, -1)
+        best = np.lexsort((other, own))
+        nodes, places = np.unique(own[best], return_index=True)
         named = zip(nodes.tolist(), best[places].tolist(), strict=True)
         return {node: unknown for node, unknown in named if node >= 0}
 

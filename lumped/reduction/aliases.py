@@ -179,7 +179,20 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
     classes = np.full(len(roots), -1)
     classes[alive] = np.argsort(np.argsort(firsts))[places]
     kept_of = kept["equation"], kept["sum"]
+    signs = signs * _orientations(flat, classes, shifts, signs)[classes]
     return Aliases(classes, shifts, signs.astype(float), len(firsts), *kept_of, used)
+
+
+def _orientations(
+    flat: FlatModel, classes: np.ndarray, shifts: np.ndarray, signs: np.ndarray
+) -> np.ndarray:
+    """Sign of the unknown after which each class is named: a variable before a port quantity."""
+    other = np.array([q.kind != "variable" for q in flat.tree.quantities], dtype=bool)
+    best = np.lexsort((shifts, other, classes))
+    named, places = np.unique(classes[best], return_index=True)
+    found = np.ones(len(named), dtype=int)
+    found[: (named >= 0).sum()] = signs[best[places]][named >= 0]
+    return found
 
 
 def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
