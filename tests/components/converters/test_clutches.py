@@ -79,6 +79,29 @@ def test_sprags_let_go_of_a_body_that_starts_in_overrun_and_catch_it_at_any_angl
     assert run["sprag.x"][late] == pytest.approx(np.maximum(x, 0), abs=2e-8)
 
 
+def test_sprags_hold_from_the_start_where_b_is_slower():
+    """Two bodies swing on the sprags for half a period, and part with exchanged speeds."""
+    J = 0.3
+    row = {"one": Inertia(J=J, w=10.0), "sprag": SpragClutch(**SPRAG), "two": Inertia(J=J, w=0.0)}
+    run = lp.simulate(assemble_row(**row), until=0.1, rtol=1e-11)
+    omega = np.sqrt(2 * SPRAG["c"] / J)
+    (free,) = instants(run, "sprag", "free")
+    assert free == pytest.approx(np.pi / omega, rel=1e-9)
+    decay = 5.0 * np.exp(-2 * SPRAG["d"] / J * (0.1 - free))
+    speeds = [run["one.w"][-1], run["two.w"][-1]]
+    assert speeds == pytest.approx([5.0 - decay, 5.0 + decay], rel=1e-9)
+
+
+def test_a_run_goes_on_from_any_instant_of_sprags():
+    row = {"wall": Fixed(), "sprag": SpragClutch(**SPRAG), "body": Inertia(J=0.3, w=-4.0)}
+    system = assemble_row(**row, pull=Torque(tau=-30.0 + 60.0 * lp.ops.sin(40 * lp.time)))
+    run = lp.simulate(system, until=0.4, rtol=1e-11)
+    assert len(instants(run, "sprag", "engaged")) > 1
+    for t in (0.01, 0.05, 0.11, 0.23):
+        rest = lp.simulate(system, until=0.4, start=run.point(t), rtol=1e-11)
+        assert rest["body.w"][-1] == pytest.approx(run["body.w"][-1], rel=1e-7)
+
+
 def test_a_centrifugal_clutch_engages_at_its_speed_and_pulls_its_drum_up():
     J_hub, J_drum, push = 0.02, 0.15, 8.0
     system = assemble_row(
