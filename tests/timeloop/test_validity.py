@@ -197,3 +197,21 @@ def test_a_range_from_zero_on_bears_the_rounding_of_its_values(least):
     else:
         assert lp.simulate(system, until=1.0)["rotor.w"][-1] == 0.0
         assert not lp.ensemble(system, over=over, until=1.0, of=of).failures
+
+
+class Root(lp.Component):
+    """A quantity that grows with a root, which has no value below zero."""
+
+    y: lp.Var = lp.var("1", "quantity", 0.0, state="always")
+    u: lp.Param = lp.param("s", "when there is no root any more")
+
+    def equations(self):
+        yield lp.der(self.y) == lp.ops.sqrt(self.u - lp.time)
+
+    def valid(self):
+        yield self.u - lp.time, 0.0, float("inf"), "s", "radicand", "Give a larger u"
+
+
+@pytest.mark.parametrize(("u", "words"), [(-1.0, "radicand = -1"), (0.5, "radicand = -")])
+def test_a_run_that_fails_outside_of_a_range_names_the_range(u, words):
+    refused(SolverError, lambda: lp.simulate(lp.assemble(Root(u=u)), until=1.0), words)
