@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from lumped import Component, Equation, Expr, Flange, Input, Param, Var, der, param, var
 from lumped.components.bearings.fluid import magnitude
 from lumped.language.expression import Datum
+from lumped.language.validity import Range
 from lumped.ops import maximum, pi
 
 __all__ = ["DiscWindage", "GearWindage"]
@@ -50,6 +51,11 @@ class DiscWindage(_Drag):
     R: Param = param("m", "radius of the disc", above=0)
     rho: Input = Input("kg/m3", "density of the fluid", min=0)
     nu: Input = Input("m2/s", "kinematic viscosity of the fluid", min=0)
+
+    def valid(self) -> Iterator[Range]:
+        most, hint = float("inf"), "Let the signal end at zero"
+        yield Range(self.rho, 0.0, most, "kg/m3", "density", hint)
+        yield Range(self.nu, 0.0, most, "m2/s", "viscosity", hint)
 
     def _torque(self) -> Expr:
         number = Datum(1.0)

@@ -27,6 +27,7 @@ from lumped.components.friction import _BetweenShafts
 from lumped.language.component import Made
 from lumped.language.expression import Number, as_expr
 from lumped.language.switch import Item
+from lumped.language.validity import Range
 from lumped.language.value_types import Rows
 from lumped.ops import where
 
@@ -147,6 +148,10 @@ class PressureClutch(_BetweenShafts):
             peak=self.peak,
             position=self.position,
         )
+
+    def valid(self) -> Iterator[Range]:
+        hint = "Let the command end at zero"
+        yield Range(self.p_wanted, 0.0, float("inf"), "Pa", "wanted pressure", hint)
 
     def _warm(self) -> Expr | float:
         """Friction coefficient over that of the characteristic."""

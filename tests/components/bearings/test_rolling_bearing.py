@@ -255,6 +255,11 @@ class TestWindage:
             np.sign(w) * C_M * self.rho * self.R**5 * w * w / 2, rel=2e-4
         )
 
+    def test_a_negative_density_is_refused(self):
+        disc = DiscWindage(R=self.R, rho=1.2 * lp.ops.cos(lp.time), nu=self.nu)
+        with pytest.raises(SolverError, match="density = -"):
+            lp.simulate(assemble_row(turn=Speed(w=9.0), part=disc), until=2.0)
+
     def test_air_takes_little_of_a_gear_at_fifty_metres_a_second(self):
         w = 500.0
         received = torque_at(GearWindage(d=0.2, b=0.03, m=0.004), w)

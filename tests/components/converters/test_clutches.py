@@ -18,6 +18,7 @@ from lumped.components import (
     ThermalConductor,
     Torque,
 )
+from lumped.errors import SolverError
 
 SPRAG = {"c": 5e3, "d": 0.2}
 SHOES = {"m": 0.4, "r_g": 0.06, "r": 0.08, "n": 3.0, "f_spring": 150.0}
@@ -269,3 +270,10 @@ def test_each_of_two_clutches_takes_the_heat_of_its_own_slip():
     assert whole["even.w"][-1] == pytest.approx(both, rel=1e-9)
     lost = 0.3 * 200.0**2 / 2 - 1.8 * both**2 / 2
     assert heat(whole, 1, 900.0) + heat(whole, 2, 700.0) == pytest.approx(lost, rel=1e-8)
+
+
+def test_a_pressure_below_zero_is_refused():
+    clutch = PressureClutch(**PRESSED, p_wanted=5e5 * lp.ops.cos(9 * lp.time))
+    system = assemble_row(engine=Inertia(J=0.3, w=100.0), clutch=clutch, body=Inertia(J=0.9))
+    with pytest.raises(SolverError, match="wanted pressure = -"):
+        lp.simulate(system, until=1.0)
