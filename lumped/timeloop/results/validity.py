@@ -94,12 +94,14 @@ def refuse_run_outside(run: Trajectory) -> None:
         Its `partial` is the run.
     """
     for held in ranges(run.system):
-        for piece in run.pieces:
-            values = quantity_along(
-                piece.system, held.formula, run.theta, piece.t, piece.x, piece.settings
-            )
-            for k in np.flatnonzero(held.outside(values))[:1].tolist():
-                raise held.make_error(float(values[k]), f"at t = {piece.t[k]:.6g} s", run)
+        of_pieces = [
+            quantity_along(piece.system, held.formula, run.theta, piece.t, piece.x, piece.settings)
+            for piece in run.pieces
+        ]
+        values = np.concatenate(of_pieces)
+        for k in np.flatnonzero(held.outside(values))[:1].tolist():
+            t = np.concatenate([piece.t for piece in run.pieces])[k]
+            raise held.make_error(float(values[k]), f"at t = {t:.6g} s", run)
         for border, value, way in zip(
             borders([held.range]),
             (held.range.high, held.range.low),
