@@ -106,7 +106,7 @@ def test_a_propeller_turns_back_outside_of_the_sequence_only():
     turned = lp.ops.table([0.0, 3.0, 6.0], [0.0, 15.0, 0.0])
     run = lp.simulate(assemble_row(turn=Position(phi=turned), ice=ice), until=3.4)
     assert run["ice.w"][-1] == pytest.approx(-5.0, rel=1e-9)
-    with pytest.raises(SolverError, match="speed in the ice = -.* forward motion"):
+    with pytest.raises(SolverError, match=r"speed in the ice = -.* forward motion"):
         lp.simulate(assemble_row(turn=Position(phi=turned), ice=ice), until=4.0)
 
 

@@ -161,7 +161,7 @@ class TestRefused:
     def test_a_gust_beyond_the_extreme_wind(self):
         """``0.8 1.4 50 = 56 m/s``."""
         assert extreme_gust(55.9, 50.0, 0.16, 80.0, 80.0) == pytest.approx(0.135, rel=1e-9)
-        with pytest.raises(OptionError, match="v = 60 m/s.* 56 m/s"):
+        with pytest.raises(OptionError, match=r"v = 60 m/s.* 56 m/s"):
             extreme_gust(60.0, 50.0, 0.16, 80.0, 80.0)
 
     @pytest.mark.parametrize(
