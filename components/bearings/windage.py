@@ -8,7 +8,7 @@ from lumped import Component, Equation, Expr, Flange, Input, Param, Var, der, pa
 from lumped.components.bearings.fluid import magnitude
 from lumped.language.expression import Datum
 from lumped.language.validity import Range
-from lumped.ops import maximum, pi
+from lumped.ops import maximum, pi, smooth
 
 __all__ = ["DiscWindage", "GearWindage"]
 
@@ -59,7 +59,8 @@ class DiscWindage(_Drag):
 
     def _torque(self) -> Expr:
         number = Datum(1.0)
-        nu, R, w = number * self.nu, number * self.R, magnitude(number * self.w, _CREEP)
+        nu: Expr = smooth(maximum(number * self.nu, 0.0))
+        R, w = number * self.R, magnitude(number * self.w, _CREEP)
         laminar = 0.616 * pi * R**4 * (nu * w) ** 0.5
         turbulent = 0.073 * R**4.6 * nu**0.2 * w**0.8
         greater: Expr = maximum(laminar, turbulent)

@@ -255,9 +255,11 @@ class TestWindage:
             np.sign(w) * C_M * self.rho * self.R**5 * w * w / 2, rel=2e-4
         )
 
-    def test_a_negative_density_is_refused(self):
-        disc = DiscWindage(R=self.R, rho=1.2 * lp.ops.cos(lp.time), nu=self.nu)
-        with pytest.raises(SolverError, match="density = -"):
+    @pytest.mark.parametrize(("name", "words"), [("rho", "density = -"), ("nu", "viscosity = -")])
+    def test_a_fluid_of_no_sense_is_refused(self, name, words):
+        fluid = {"rho": self.rho, "nu": self.nu}
+        disc = DiscWindage(R=self.R, **fluid | {name: fluid[name] * lp.ops.cos(lp.time)})
+        with pytest.raises(SolverError, match=words):
             lp.simulate(assemble_row(turn=Speed(w=9.0), part=disc), until=2.0)
 
     def test_air_takes_little_of_a_gear_at_fifty_metres_a_second(self):
