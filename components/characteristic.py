@@ -32,6 +32,7 @@ __all__ = [
     "drag_at",
     "dry_friction",
     "friction_at",
+    "refuse_zero",
 ]
 
 Characteristic = Rows | Sequence[Sequence[Number]] | Callable[[Expr], Number]
@@ -199,6 +200,26 @@ def drag_at(characteristic: Characteristic, speed: Expr) -> Expr:
             "parts that stick use a friction element such as Clutch."
         )
     return smooth(sign(speed)) * friction_at(characteristic, smooth(abs(speed)))
+
+
+def refuse_zero(characteristic: Characteristic) -> None:
+    """Refuse a friction that vanishes, at standstill or in a row.
+
+    Raises
+    ------
+    EquationError
+        If it does.
+    """
+    values: list[Number | None]
+    if callable(characteristic):
+        values = [_number(friction_at(characteristic, 0.0))]
+    else:
+        values = [*_columns(characteristic)[1]]
+    if 0.0 in [value for value in values if isinstance(value, float)]:
+        raise EquationError(
+            "characteristic: the friction must be above 0 at standstill and in every row, since "
+            "the bend of the bristles is divided by it."
+        )
 
 
 def _number(found: Expr) -> float | None:

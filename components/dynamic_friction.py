@@ -9,12 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Expr, Param, Var, der, param, var
-from lumped.components.characteristic import Characteristic, friction_at
+from lumped.components.characteristic import Characteristic, friction_at, refuse_zero
 from lumped.components.hysteresis import _Twisted
 from lumped.language.switch import Item
-from lumped.ops import sign
+from lumped.ops import maximum, sign, smooth
 
 __all__ = ["BoucWen", "Dahl", "LuGre"]
+
+
+_LEAST = 1e-12
+"""Share of the twist of yield below which the yielding part counts as it."""
 
 
 class _Bristles(_Twisted):
@@ -84,6 +88,7 @@ class LuGre(_Bristles):
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
+        refuse_zero(self.characteristic)
         speed = abs(self.w_rel)
         yield self.tau == self.c * self.phi + self.d * self.w_phi + self.d_viscous * self.w_rel
         sliding = self.c * speed * self.phi / friction_at(self.characteristic, speed)
@@ -116,7 +121,8 @@ class BoucWen(_Twisted):
         yield from super().equations()
         yield self.tau == self.c * (self.alpha * self.phi_rel + (1 - self.alpha) * self.z)
         shape = self.beta * abs(self.w_rel) * sign(self.z) + (1 - self.beta) * self.w_rel
-        yield self.w_z == self.w_rel - abs(self.z / self.phi_y) ** self.n * shape
+        share = smooth(maximum(abs(self.z / self.phi_y), _LEAST))  # a power of 0 has no slope by n
+        yield self.w_z == self.w_rel - share**self.n * shape
         yield self.w_z == der(self.z)
 
     def loss(self) -> Expr:

@@ -101,6 +101,11 @@ def _elements(joint: Iwan) -> list[Component]:
     slopes = [
         (t_1 - t_0) / (phi_1 - phi_0) for (phi_0, t_0), (phi_1, t_1) in itertools.pairwise(rows)
     ]
+    if slopes[0] <= 0:
+        raise EquationError(
+            f"backbone = {shown(joint.backbone)}: it must begin with a stiffness above 0, such as "
+            f"{example}."
+        )
     found: list[Component] = []
     for (phi, _), (before, after) in zip(rows[1:-1], itertools.pairwise(slopes), strict=True):
         if before > after:

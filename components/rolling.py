@@ -50,12 +50,17 @@ class RollingTorque(Component):
         yield self.tau == self.tau_f + (self.T_back - self.T_front) * self.R
         yield self.flange.tau == self.tau
         yield self.support.tau == -self.tau
-        limit = 2 * self.F * self.a * self._filled()
-        engaged = (limit > 0).called("closed", "open")
-        yield coulomb(self.tau_f, self.w, limit, limit, engaged=engaged, position=self.position)
+        force = self.F * self.a
+        touches = (self._inside(force) > 0).called("closed", "open")
+        limit = where(touches, 2 * force * self._filled(), 0.0)
+        yield coulomb(self.tau_f, self.w, limit, limit, engaged=touches, position=self.position)
+
+    def _inside(self, force: Expr) -> Expr:
+        """Positive while there is a force on strip between the rolls."""
+        return force
 
     def _filled(self) -> Number:
-        """Share of the arc of contact with strip in it."""
+        """Share of the arc of contact with strip in it, while there is."""
         return 1.0
 
     def loss(self) -> Expr:
@@ -76,14 +81,16 @@ class StripPass(RollingTorque):
     phi_in: Param = param("rad", "angle of the rolls at which the strip enters", 0.0)
     l: Param = param("m", "length of the strip behind the rolls", above=0)  # noqa: E741
 
+    def _inside(self, force: Expr) -> Expr:
+        way, arc = self._way()
+        return force * way * (self.l + arc - way)
+
     def _filled(self) -> Expr:
-        arc = sqrt(self.R * self.dh)
-        way = self.R * (self.phi - self.phi_in)
-        return share(way, arc, "entry") - share(way - self.l, arc, "exit")
+        way, arc = self._way()
+        ended = (way >= arc).called("entry ended", "entry under way")
+        leaves = (way > self.l).called("exit begun", "exit to come")
+        return where(ended, 1.0, way / arc) - where(leaves, (way - self.l) / arc, 0.0)
 
-
-def share(way: Expr, arc: Expr, what: str) -> Expr:
-    """Share of an arc that is passed after a way; events call it `what`."""
-    begun = (way > 0).called(f"{what} begun", f"{what} to come")
-    ended = (way >= arc).called(f"{what} ended", f"{what} under way")
-    return where(begun, where(ended, 1.0, way / arc), 0.0)
+    def _way(self) -> tuple[Expr, Expr]:
+        """Way of the strip since its entry, and the length of the arc of contact."""
+        return self.R * (self.phi - self.phi_in), sqrt(self.R * self.dh)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 from lumped import Expr
+from lumped.components.bearings.fluid import magnitude
 from lumped.errors import ParameterError
 from lumped.language.expression import Datum
 from lumped.ops import minimum, pi, sin, where
@@ -20,6 +21,10 @@ __all__ = ["DEEP_GROOVE", "AngularContact", "BearingType", "DeepGroove", "Spheri
 
 BearingType = Callable[[Expr, Expr, Expr, Expr], tuple[Expr, Expr]]
 """From radial load, axial load, mean diameter and speed to ``G_rr`` and ``G_sl``."""
+
+
+_SMALL = 1e-9
+"""Load, N, at which powers of it become straight lines: their slope has no bound at zero."""
 
 
 class _Constants:
@@ -61,7 +66,7 @@ class DeepGroove(_Constants):
     def __call__(self, F_r: Expr, F_a: Expr, d_m: Expr, n: Expr) -> tuple[Expr, Expr]:
         """Variables of rolling and sliding friction."""
         loaded = F_a > 0
-        axial = where(loaded, F_a, 1.0)
+        F_r, axial = magnitude(F_r, _SMALL), magnitude(F_a, _SMALL)
         per_sine = Datum(1.0) / sin(pi / 180 * 24.6 * (axial / Datum(self.C_0)) ** 0.24)
         both = F_r + self.R2 * axial * per_sine
         G_rr = self.R1 * d_m**1.96 * where(loaded, both, F_r) ** 0.54
@@ -112,6 +117,7 @@ class AngularContact(_Constants):
 
     def __call__(self, F_r: Expr, F_a: Expr, d_m: Expr, n: Expr) -> tuple[Expr, Expr]:
         """Variables of rolling and sliding friction."""
+        F_r, F_a = magnitude(F_r, _SMALL), magnitude(F_a, _SMALL)
         ball = d_m**4 * n**2
         G_rr = self.R1 * d_m**1.97 * (F_r + self.R3 * ball + self.R2 * F_a) ** 0.54
         radial = (F_r + self.S3 * ball) ** (4 / 3)
@@ -142,6 +148,7 @@ class SphericalRoller(_Constants):
 
     def __call__(self, F_r: Expr, F_a: Expr, d_m: Expr, n: Expr) -> tuple[Expr, Expr]:
         """Variables of rolling and sliding friction."""
+        F_r, F_a = magnitude(F_r, _SMALL), magnitude(F_a, _SMALL)
         G_rr: Expr = minimum(
             self.R1 * d_m**1.85 * (F_r + self.R2 * F_a) ** 0.54,
             self.R3 * d_m**2.3 * (F_r + self.R4 * F_a) ** 0.31,

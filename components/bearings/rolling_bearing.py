@@ -52,7 +52,7 @@ class RollingBearing(_OnShaft):
     M_seal: Param = param("N.m", "friction of the seals of the bearing", 0.0, min=0)
     F_r: Input = Input("N", "radial load, not negative", min=0)
     F_a: Input = Input("N", "axial load, not negative", min=0)
-    T: Input = Input("K", "temperature of the oil", min=0)
+    T: Input = Input("K", "temperature of the oil in kelvin", min=200)
     nu: Var = var("m2/s", "viscosity of the oil")
 
     def equations(self) -> Iterator[Item]:

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from lumped import Component, Equation, Expr, Flange, Input, Param, Var, der, param, var
 from lumped.components.bearings.fluid import magnitude
 from lumped.language.expression import Datum
-from lumped.ops import maximum, pi
+from lumped.language.validity import Range
+from lumped.ops import maximum, pi, smooth
 
 __all__ = ["DiscWindage", "GearWindage"]
 
@@ -51,9 +52,15 @@ class DiscWindage(_Drag):
     rho: Input = Input("kg/m3", "density of the fluid", min=0)
     nu: Input = Input("m2/s", "kinematic viscosity of the fluid", min=0)
 
+    def valid(self) -> Iterator[Range]:
+        most, hint = float("inf"), "Let the signal end at zero"
+        yield Range(self.rho, 0.0, most, "kg/m3", "density", hint)
+        yield Range(self.nu, 0.0, most, "m2/s", "viscosity", hint)
+
     def _torque(self) -> Expr:
         number = Datum(1.0)
-        nu, R, w = number * self.nu, number * self.R, magnitude(number * self.w, _CREEP)
+        nu: Expr = smooth(maximum(number * self.nu, 0.0))
+        R, w = number * self.R, magnitude(number * self.w, _CREEP)
         laminar = 0.616 * pi * R**4 * (nu * w) ** 0.5
         turbulent = 0.073 * R**4.6 * nu**0.2 * w**0.8
         greater: Expr = maximum(laminar, turbulent)

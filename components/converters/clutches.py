@@ -25,7 +25,9 @@ from lumped.components.couplings.stiffness_table import factor
 from lumped.components.electric.thermal import HeatCapacitor, Heated, ThermalConductor
 from lumped.components.friction import _BetweenShafts
 from lumped.language.component import Made
+from lumped.language.expression import Number, as_expr
 from lumped.language.switch import Item
+from lumped.language.validity import Range
 from lumped.language.value_types import Rows
 from lumped.ops import where
 
@@ -35,34 +37,33 @@ __all__ = ["CentrifugalClutch", "DualClutch", "HeatedClutch", "PressureClutch", 
 class SpragClutch(_BetweenShafts):
     """Freewheel whose sprags wind up: ``tau = -c x`` while engaged, ``tau = d w_rel`` in overrun.
 
-    Flange a drives flange b. Engaged, ``der(x) = -w_rel``; when the wind-up x falls to zero the
-    sprags let go, and they engage again as soon as `w_rel`, the speed of b relative to a, becomes
-    negative, at any angle. `tau` acts at flange b and, reversed, at flange a. It starts engaged
-    unless ``engaged=0.0`` is given. `OneWayClutch` is the rigid limit.
+    Flange a drives flange b. The sprags engage as soon as `w_rel`, the speed of b relative to a, is
+    negative, at any angle. Engaged, ``der(x) = -w_rel``; when the wind-up x has fallen to zero they
+    let go. `tau` acts at flange b and, reversed, at flange a. `OneWayClutch` is the rigid limit.
     """
 
     symbol = "freewheel"
     c: Param = param("N.m/rad", "torsional stiffness of the engaged sprags", above=0)
     d: Param = param("N.m.s/rad", "viscous drag in overrun", 0.0, min=0)
     x: Var = var("rad", "wind-up", nominal=1e-3, state="always")
-    engaged: Var = var("1", "1 while the sprags are engaged, else 0", 1.0, state="always")
 
     def rating(self) -> tuple[str, Expr]:
         return "N.m/rad", self.c
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
-        holds = self.engaged > 0.5
-        yield der(self.x) == where(holds, -self.w_rel, 0.0)
-        yield self.tau == where(holds, -self.c * self.x, self.d * self.w_rel)
-        yield der(self.engaged) == 0
-        yield when((self.x < 0).called("free", "engaged"), {self.engaged: 0.0, self.x: 0.0})
-        backward = (self.w_rel < 0).called("engaged", "overrunning")
-        yield when(backward, {self.engaged: 1.0})
+        yield der(self.x) == self._held(-self.w_rel, 0.0)
+        yield self.tau == self._held(-self.c * self.x, self.d * self.w_rel)
+        yield when((self.x <= 0).called("let go", "wound"), {self.x: 0.0})
+
+    def _held(self, engaged: Expr, free: Number) -> Expr:
+        """One of two values: the sprags hold while they are wound up, and while b is slower."""
+        slower = (self.w_rel < 0).called("engaged", "overrunning")
+        return where((self.x > 0).called("wound up", "free"), engaged, where(slower, engaged, free))
 
     def loss(self) -> Expr:
         """Heat by drag, W."""
-        return where(self.engaged > 0.5, 0.0, self.d * self.w_rel**2)
+        return self._held(as_expr(0.0), self.d * self.w_rel**2)
 
     def stored(self) -> Expr:
         """Elastic energy, J."""
@@ -147,6 +148,10 @@ class PressureClutch(_BetweenShafts):
             peak=self.peak,
             position=self.position,
         )
+
+    def valid(self) -> Iterator[Range]:
+        hint = "Let the command end at zero"
+        yield Range(self.p_wanted, 0.0, float("inf"), "Pa", "wanted pressure", hint)
 
     def _warm(self) -> Expr | float:
         """Friction coefficient over that of the characteristic."""

@@ -51,12 +51,7 @@ class Variator(Component):
 
     def equations(self) -> Iterator[Equation]:
         a, b, frame = self.flange_a, self.flange_b, self.support
-        low, high = self.ratios
-        if not 0 < low <= high < float("inf"):
-            raise EquationError(
-                f"ratios = {shown(self.ratios)}: the least and the greatest ratio are needed, both "
-                "above 0, such as (0.4, 2.5)."
-            )
+        self._ends()
         yield self.r_a == 2 * self.R / (1 + self.ratio)
         yield self.r_b == 2 * self.R - self.r_a
         yield self.w_a == der(a.phi - frame.phi)
@@ -76,4 +71,19 @@ class Variator(Component):
     def valid(self) -> Iterator[Range]:
         """Ratios that the radii reach."""
         hint = "Command a ratio within ratios, or give others"
-        yield Range(self.ratio, *self.ratios, "1", "ratio", hint)
+        yield Range(self.ratio, *self._ends(), "1", "ratio", hint)
+        hint = "A contact does not pull; let the command end at zero"
+        yield Range(self.f_n, 0.0, float("inf"), "N", "normal force", hint)
+
+    def _ends(self) -> tuple[float, float]:
+        """The least and the greatest ratio."""
+        try:
+            low, high = map(float, self.ratios)
+        except (TypeError, ValueError):
+            low = high = 0.0
+        if not 0 < low <= high < float("inf"):
+            raise EquationError(
+                f"ratios = {shown(self.ratios)}: the least and the greatest ratio are needed, both "
+                "above 0, such as (0.4, 2.5)."
+            )
+        return low, high

@@ -75,7 +75,7 @@ class GearMesh(Component):
     greater than the elastic part, so that the force begins at zero; else the force jumps where
     flanks meet.
 
-    Over the angle x, which grows by 2 pi with each tooth::
+    Over the angle x, which grows by 2 pi with each tooth (``k = 1 / z`` is once in a turn of a)::
 
         c(x) = c (1 + sum(share cos(k x + p)))
         e(x) = sum(amplitude cos(k x + p))
@@ -144,6 +144,10 @@ class GearMesh(Component):
         phi_a, phi_b = a.phi - housing.phi, b.phi - housing.phi
         internal = self.internal or (self.teeth is not None and self.teeth.pair.internal)
         r_b = -self.r_b if internal else self.r_b
+        if not isinstance(self.harmonics, int) or self.harmonics < 1:
+            raise EquationError(
+                f"harmonics = {shown(self.harmonics)}: a whole number, at least 1, is needed."
+            )
         x = self.z * phi_a
         e, e_slope = summed(self._error(), x)
         c, c_slope = self._stiffness(x), self.c * summed(self._shares(), x)[1]
@@ -176,6 +180,10 @@ class GearMesh(Component):
     def _shares(self) -> Harmonics:
         """What the stiffness varies by, relative to its mean."""
         rows, curve, ratio = self.stiffness, self.stiffness_curve, self.contact_ratio
+        if self.overlap_ratio and not ratio:
+            raise EquationError(
+                f"overlap_ratio = {shown(self.overlap_ratio)}: contact_ratio is needed beside it."
+            )
         if sum((len(rows) > 0, len(curve) > 0, ratio != 0, self.teeth is not None)) > 1:
             raise EquationError(
                 "stiffness, stiffness_curve, contact_ratio and teeth: give one of them at most."

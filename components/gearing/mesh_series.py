@@ -34,7 +34,11 @@ def of_rows(name: str, rows: Rows) -> Harmonics:
     if not len(rows):
         return []
     what, example = "harmonic, amplitude and phase (rad)", "((1, 0.2, 0.0), (2, 0.1, 0.0))"
-    return [(k, amplitude, p) for k, amplitude, p in check_rows(name, rows, what, example, 3)]
+    found = [(k, amplitude, p) for k, amplitude, p in check_rows(name, rows, what, example, 3)]
+    for k, _, _ in found:
+        if k <= 0:
+            raise EquationError(f"{name}: the harmonic {k:g} must be above 0, 1 at each tooth.")
+    return found
 
 
 def of_curve(name: str, rows: Rows, harmonics: int) -> Harmonics:

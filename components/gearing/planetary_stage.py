@@ -129,6 +129,11 @@ def _planets(stage: PlanetaryStage) -> list[Planet]:
     shared |= {"m": PlanetaryStage.m_p, "J": PlanetaryStage.J_p}
     alike = {name: getattr(stage, name) for name in ("z_s", "z_p", "z_r", "flank", *_MESHES)}
     rigid = stage.c_b == () and not stage._needs_bearings
+    if rigid and stage.d_b != 0.0:
+        raise DeclarationError(
+            f"{stage._label()}: d_b = {shown(stage.d_b)} damps bearings of planets; give their "
+            "stiffness c_b too."
+        )
     names = _OWN if rigid else (*_OWN, "c_b", "d_b")
     own = zip(*(one_for_each(stage, name, n) for name in names), strict=True)
     kind = Planet if rigid else PlanetOnBearing

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Equation, Expr, Flange, Param, Var, param, var
+from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.cams import pulse
 from lumped.components.rows import check_rows
 from lumped.errors import EquationError
 from lumped.language.expression import ConstantExpression, Datum
+from lumped.language.validity import Range
 from lumped.language.value_types import Rows
-from lumped.ops import maximum, minimum, pi
+from lumped.ops import maximum, minimum, pi, smooth, where
 
 __all__ = ["IceTorque"]
 
@@ -25,7 +26,8 @@ class IceTorque(Component):
 
     `blocks` are rows of the factor C_q, the width alpha and the angle of its begin, both in rad.
     They are a user's: ice class rules (Finnish-Swedish Ice Class Rules, IACS UR I3) give them by
-    case, and Q_max by the propeller and the ice.
+    case, and Q_max by the propeller and the ice. They are those of a propeller that turns forward,
+    with growing angle; a run in which the ice would drive one that turns back ends with an error.
     """
 
     symbol = "load"
@@ -38,13 +40,20 @@ class IceTorque(Component):
     ramp: Param = param("rad", "angle of its rise, and of its fall", 1.5 * pi, above=0)
     begin: Param = param("rad", "angle at which it begins", 0.0)
     a: Var = var("rad", "angle since the begin", state="avoid")
+    w: Var = var("rad/s", "speed of the propeller")
     tau: Var = var("N.m", "torque of the ice against the motion")
 
     def equations(self) -> Iterator[Equation]:
         yield self.a == self.flange.phi - self.support.phi - self.begin
+        yield self.w == der(self.a)
         yield self.tau == self.Q_max * self._ramped() * self._sequence()
         yield self.flange.tau == self.tau
         yield self.support.tau == -self.tau
+
+    def valid(self) -> Iterator[Range]:
+        inside = smooth(where(self.tau > 0, self.w, 0.0))
+        hint = "The ice is that of forward motion; keep the propeller from turning back in it"
+        yield Range(inside, 0.0, float("inf"), "rad/s", "speed in the ice", hint)
 
     def _ramped(self) -> Expr:
         """From 0 to 1 and back over the sequence."""

@@ -51,9 +51,11 @@ class WindRotor(Component):
 
     def valid(self) -> Iterator[Range]:
         last = self._rows()[-1][0]
-        yield Range(
-            self.x, -float("inf"), last, "1", "tip speed ratio", "Give more rows of coefficients"
-        )
+        most = float("inf")
+        hint = "Give a speed above zero, along the axis"
+        yield Range(self.v, 0.0, most, "m/s", "speed of the wind", hint)
+        hint = "Give more rows of coefficients, or wind above zero"
+        yield Range(self.x, -most, last, "1", "tip speed ratio", hint)
 
     def _rows(self) -> list[tuple[float, ...]]:
         what = "tip speed ratio and power coefficient"
@@ -110,6 +112,11 @@ def extreme_gust(v: float, V_ref: float, I_ref: float, D: float, z: float) -> fl
     float
     """
     _positive(v=v, V_ref=V_ref, I_ref=I_ref, D=D, z=z)
+    if v >= 0.8 * 1.4 * V_ref:
+        raise OptionError(
+            f"v = {v:g} m/s: gusts are given below the extreme speed of a year, 0.8 1.4 V_ref = "
+            f"{0.8 * 1.4 * V_ref:g} m/s."
+        )
     sigma = I_ref * (0.75 * v + 5.6)
     return min(1.35 * (0.8 * 1.4 * V_ref - v), 3.3 * sigma / (1 + 0.1 * D / _scale(z)))
 

@@ -318,7 +318,7 @@ class Watched:
         """Which runs took a component beyond where its equations hold, shape (n,)."""
         beyond = np.zeros(len(found), dtype=bool)
         for held, (high, low) in self.extremes:
-            beyond |= held.outside(found[:, high]) | held.outside(-found[:, low])
+            beyond |= held.outside(found[:, [high, low]] * [1, -1]).any(axis=1)
         return beyond
 
     def place(self, reading: Reading) -> Place:

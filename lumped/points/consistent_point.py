@@ -121,6 +121,12 @@ def consistent_point(
     led = exchange_states(system, pairs) if pairs else system
     if is_close:
         led = free_coordinates(system, -1)
+        if not led.structure.invariants.numel():
+            raise StartError(
+                f"{system.name}: at the start a constraint has a slope without bound, as a root at "
+                "zero, so that it is not determined how it moves on. Start beside it, or give it a "
+                "smooth function."
+            )
     now = {**guess, **every}
     x = np.array([now.get(node, 0.0) for node in led.structure.states])
     if is_close:

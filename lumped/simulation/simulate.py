@@ -23,7 +23,7 @@ from lumped.timeloop.results.operating_point import OperatingPoint, PointOfRun
 from lumped.timeloop.results.recorder import Recorder, output_times
 from lumped.timeloop.results.statistics import Statistics
 from lumped.timeloop.results.trajectory import Again, Read, Trajectory
-from lumped.timeloop.results.validity import refuse_run_outside
+from lumped.timeloop.results.validity import refuse_point_outside, refuse_run_outside
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
@@ -258,7 +258,13 @@ def recorder(point: OperatingPoint, plan: RunPlan, grid: Grid) -> Recorder:
 def run_on(point: OperatingPoint, plan: RunPlan, output: Recorder) -> Trajectory:
     """The run from a point, which can be read and made again, and leaves no range of equations."""
     again = None if point.again is None else _again_from(point, plan)
-    found = run_from(point, plan, output, functools.partial(read_run, plan, point), again)
+    try:
+        found = run_from(point, plan, output, functools.partial(read_run, plan, point), again)
+    except SolverError as error:  # equations that do not hold may have no solution either
+        refuse_point_outside(point, "at the start")
+        if error.partial is not None:
+            refuse_run_outside(error.partial)
+        raise
     refuse_run_outside(found)
     return found
 

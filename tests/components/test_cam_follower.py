@@ -6,8 +6,8 @@ import scipy
 from rows import assemble_row
 
 import lumped as lp
-from lumped.components import Cam, CamFollower, Inertia, Position, cam_motion, translation
-from lumped.errors import EquationError
+from lumped.components import Cam, CamFollower, Inertia, Position, Speed, cam_motion, translation
+from lumped.errors import EquationError, StartError
 
 H, M, C, F_0 = 0.02, 0.8, 4e3, 60.0
 ECCENTRIC = Cam(profile=lambda x: H / 2 * (1 - lp.ops.cos(x)))
@@ -151,3 +151,14 @@ class TestMotion:
     def test_a_cam_without_profile_is_refused(self):
         with pytest.raises(EquationError, match=r"cam .*profile = 0\.01: a function"):
             lifted(0.01)
+
+
+def test_a_profile_without_a_bounded_slope_at_the_start_is_refused():
+    cam = Cam(profile=lambda x: lp.ops.sqrt(x))
+    model = lp.compose(
+        turn=Speed(w=20.0),
+        valve=CamFollower(cam=cam, m=1.0, c=1e3, F_0=5.0, restitution=0.3),
+        connections=lambda m: lp.chain(m.turn.flange, m.valve.flange),
+    )
+    with np.errstate(invalid="ignore"), pytest.raises(StartError, match="slope without bound"):
+        lp.simulate(lp.assemble(model), until=0.5)

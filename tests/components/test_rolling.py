@@ -128,6 +128,19 @@ def test_work_of_a_pass_is_that_of_the_force_along_the_strip():
     assert lost == pytest.approx(FORMING * 0.5 / R, rel=1e-8)
 
 
+@pytest.mark.parametrize("parameter", ["dh", "F", "l", "phi_in"])
+def test_a_pass_has_derivatives_through_its_entry_and_its_exit(parameter):
+    """With the work ``2 F a l / R`` and the way, ``w`` after the pass does not know dh."""
+    gap = StripPass(F=F, a=A, R=R, dh=DH, l=0.5, phi_in=1.0, **NO_TENSION)
+    system = lp.assemble(in_a_row(body=Inertia(J=J, w=60.0), gap=gap))
+    w = lp.functionals.final("body.w")
+    found = lp.gradient(system, of=[w], by=[f"gap.{parameter}"], until=1.0, rtol=1e-10)
+    left = np.sqrt(60.0**2 - 2 * FORMING * 0.5 / R / J)
+    slope = -FORMING * 0.5 / R / J / left  # by F and l in proportion
+    expected = {"F": slope / F, "l": slope / 0.5}.get(parameter, 0.0)
+    assert found.derivatives[0, 0] == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
 @pytest.mark.parametrize("given", [{"dh": -0.01}, {"l": 0.0}])
 def test_a_strip_of_no_sense_is_refused(given):
     (name,) = given

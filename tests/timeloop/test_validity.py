@@ -171,3 +171,47 @@ def test_a_range_that_is_none_is_refused(given):
     model = in_a_row(wall=Fixed(), rubber=Vague(c=100.0), rotor=Inertia(J=1.0))
     with pytest.raises(EquationError, match=r"rubber.*valid\(\) gave .* an advice are needed"):
         lp.assemble(model)
+
+
+class Loaded(lp.Component):
+    """A load that must not be negative."""
+
+    flange = lp.Flange()
+    F: lp.Input = lp.Input("N", "load")
+
+    def equations(self):
+        yield self.flange.tau == 0.0 * self.F
+
+    def valid(self):
+        yield self.F, 0.0, float("inf"), "N", "load", "Give its magnitude"
+
+
+@pytest.mark.parametrize("least", [0.0, -1e-3])
+def test_a_range_from_zero_on_bears_the_rounding_of_its_values(least):
+    F = lp.ops.maximum(500 * lp.ops.cos(5 * lp.time), least)
+    system = assemble_row(part=Loaded(F=F), rotor=Inertia(J=1.0))
+    over, of = {"rotor.J": [1.0, 2.0]}, [lp.functionals.final("rotor.w")]
+    if least:
+        refused(SolverError, lambda: lp.simulate(system, until=1.0), "load = ")
+        refused(SolverError, lambda: lp.ensemble(system, over=over, until=1.0, of=of), "load = ")
+    else:
+        assert lp.simulate(system, until=1.0)["rotor.w"][-1] == 0.0
+        assert not lp.ensemble(system, over=over, until=1.0, of=of).failures
+
+
+class Root(lp.Component):
+    """A quantity that grows with a root, which has no value below zero."""
+
+    y: lp.Var = lp.var("1", "quantity", 0.0, state="always")
+    u: lp.Param = lp.param("s", "when there is no root any more")
+
+    def equations(self):
+        yield lp.der(self.y) == lp.ops.sqrt(self.u - lp.time)
+
+    def valid(self):
+        yield self.u - lp.time, 0.0, float("inf"), "s", "radicand", "Give a larger u"
+
+
+@pytest.mark.parametrize(("u", "words"), [(-1.0, "radicand = -1"), (0.5, "radicand = -")])
+def test_a_run_that_fails_outside_of_a_range_names_the_range(u, words):
+    refused(SolverError, lambda: lp.simulate(lp.assemble(Root(u=u)), until=1.0), words)

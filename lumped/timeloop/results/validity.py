@@ -17,7 +17,7 @@ from lumped.timeloop.results.operating_point import OperatingPoint
 from lumped.timeloop.results.trajectory import Trajectory
 
 _ROUNDING = 1e-9
-"""Share of a range by which a value may lie outside."""
+"""Share of a range by which a value may lie outside; of one without scale, of the values."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,8 @@ class HeldRange:
     def outside(self, values: np.ndarray) -> np.ndarray:
         """Which values lie outside, or are no numbers."""
         low, high = self.range.low, self.range.high
-        slack = _ROUNDING * max([abs(end) for end in (low, high) if np.isfinite(end)], default=0.0)
+        ends = max(abs(end) for end in (low, high, 0.0) if np.isfinite(end))
+        slack = _ROUNDING * (ends or np.abs(values[np.isfinite(values)]).max(initial=0.0))
         return ~((values >= low - slack) & (values <= high + slack))
 
     def make_error(
@@ -93,12 +94,14 @@ def refuse_run_outside(run: Trajectory) -> None:
         Its `partial` is the run.
     """
     for held in ranges(run.system):
-        for piece in run.pieces:
-            values = quantity_along(
-                piece.system, held.formula, run.theta, piece.t, piece.x, piece.settings
-            )
-            for k in np.flatnonzero(held.outside(values))[:1].tolist():
-                raise held.make_error(float(values[k]), f"at t = {piece.t[k]:.6g} s", run)
+        of_pieces = [
+            quantity_along(piece.system, held.formula, run.theta, piece.t, piece.x, piece.settings)
+            for piece in run.pieces
+        ]
+        values = np.concatenate(of_pieces)
+        for k in np.flatnonzero(held.outside(values))[:1].tolist():
+            t = np.concatenate([piece.t for piece in run.pieces])[k]
+            raise held.make_error(float(values[k]), f"at t = {t:.6g} s", run)
         for border, value, way in zip(
             borders([held.range]),
             (held.range.high, held.range.low),

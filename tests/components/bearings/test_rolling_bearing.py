@@ -42,9 +42,10 @@ def walther(T, nu_40=46.0, nu_100=6.8):
     return 10**10 ** (two + slope * np.log10(373.15 / T)) - 0.8
 
 
-def variables(kind, d_m, n):
+def variables(kind, d_m, n, loads=None):
     """G_rr and G_sl of the bearings above, as in the catalogue, and K_Z."""
-    _, K_Z, r, a = KINDS[kind]
+    _, K_Z, *own = KINDS[kind]
+    r, a = loads or own
     if kind == "radial":
         return 3.9e-7 * d_m**1.96 * r**0.54, 3.23e-3 * d_m**-0.26 * r ** (5 / 3), K_Z
     if kind == "groove":
@@ -64,10 +65,10 @@ def variables(kind, d_m, n):
     return G_rr, min(ellipse, 8.8e-3 * d_m**0.94 * (r**3 + 117 * a**3) ** (1 / 3)), K_Z
 
 
-def moment(kind, n, nu, d=50.0, D=90.0):
+def moment(kind, n, nu, d=50.0, D=90.0, loads=None):
     """Friction in N.m at a speed in 1/min."""
     d_m = (d + D) / 2
-    G_rr, G_sl, K_Z = variables(kind, d_m, n)
+    G_rr, G_sl, K_Z = variables(kind, d_m, n, loads)
     ish = 1 / (1 + 1.84e-9 * (n * d_m) ** 1.28 * nu**0.64)
     rs = 1 / np.exp(3e-8 * nu * n * (d + D) * np.sqrt(K_Z / (2 * (D - d))))
     bl = 1 / np.exp(2.6e-8 * (n * nu) ** 1.4 * d_m)
@@ -179,6 +180,42 @@ def test_warm_oil_lowers_the_friction_during_a_run():
     assert run["part.tau"][-1] < 0.6 * run["part.tau"][0]
 
 
+LOADS_THROUGH_ZERO = {
+    "ramp": (100 * lp.time, 200.0),
+    "magnitude": (500 * abs(lp.ops.sin(5 * lp.time + 0.3)), 500 * abs(np.sin(10.3))),
+    "half waves": (lp.ops.maximum(500 * lp.ops.sin(5 * lp.time + 4.0), 0.0), 500 * np.sin(14.0)),
+    "table": (lp.ops.table([0.0, 0.5, 1.0, 2.0], [300.0, 0.0, 0.0, 300.0]), 300.0),
+}
+
+
+@pytest.mark.parametrize("way", ["F_r", "F_a"])
+@pytest.mark.parametrize("load", LOADS_THROUGH_ZERO)
+@pytest.mark.parametrize("kind", ["groove", "angular", "spherical"])
+def test_a_load_may_come_down_to_zero(kind, load, way):
+    signal, end = LOADS_THROUGH_ZERO[load]
+    part = bearing(kind, **{"F_r": 0.0, "F_a": 0.0, way: signal})
+    run = lp.simulate(assemble_row(turn=Speed(w=1500 * RPM), part=part, keep=["part.tau"]), until=2)
+    loads = (end, 0.0) if way == "F_r" else (0.0, end)
+    case = "radial" if (kind, way) == ("groove", "F_r") else kind
+    expected = moment(case, 1500.0, walther(343.15), loads=loads)
+    assert run["part.tau"][-1] == pytest.approx(expected, rel=1e-8)
+    assert run["part.tau"].min() >= 0.0
+
+
+@pytest.mark.parametrize("kind", ["groove", "angular", "spherical"])
+def test_without_load_it_has_derivatives(kind):
+    part = bearing(kind, F_r=0.0, F_a=0.0, M_seal=0.02)
+    system = assemble_row(rotor=Inertia(J=0.05, w=160.0), part=part)
+    of = lp.functionals.final("rotor.w")
+    found = lp.gradient(system, of=[of], by=["part.M_seal"], until=1.0, rtol=1e-10)
+    (slope,) = found.derivatives.ravel()
+    step = [
+        lp.simulate(system, until=1.0, rtol=1e-11, parameters={"part.M_seal": M}).value(of)
+        for M in (0.0201, 0.0199)
+    ]
+    assert slope == pytest.approx((step[0] - step[1]) / 2e-4, rel=1e-6)
+
+
 class TestSeal:
     def test_its_loss_is_that_of_the_technical_report(self):
         """7.69e-6 d^2 n: 50 mm and 1500 1/min lose 28.8 W."""
@@ -218,6 +255,13 @@ class TestWindage:
             np.sign(w) * C_M * self.rho * self.R**5 * w * w / 2, rel=2e-4
         )
 
+    @pytest.mark.parametrize(("name", "words"), [("rho", "density = -"), ("nu", "viscosity = -")])
+    def test_a_fluid_of_no_sense_is_refused(self, name, words):
+        fluid = {"rho": self.rho, "nu": self.nu}
+        disc = DiscWindage(R=self.R, **fluid | {name: fluid[name] * lp.ops.cos(lp.time)})
+        with pytest.raises(SolverError, match=words):
+            lp.simulate(assemble_row(turn=Speed(w=9.0), part=disc), until=2.0)
+
     def test_air_takes_little_of_a_gear_at_fifty_metres_a_second(self):
         w = 500.0
         received = torque_at(GearWindage(d=0.2, b=0.03, m=0.004), w)
@@ -238,6 +282,7 @@ class TestRefused:
             ({"nu_40": 5e-6}, "nu_40"),
             ({"D": 0.04}, "D"),
             ({"F_r": -1.0}, "F_r"),
+            ({"T": 70.0}, "T = 70 K .*in kelvin.* at least 200"),
         ],
     )
     def test_numbers_that_make_no_sense(self, given, words):

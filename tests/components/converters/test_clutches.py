@@ -18,6 +18,7 @@ from lumped.components import (
     ThermalConductor,
     Torque,
 )
+from lumped.errors import SolverError
 
 SPRAG = {"c": 5e3, "d": 0.2}
 SHOES = {"m": 0.4, "r_g": 0.06, "r": 0.08, "n": 3.0, "f_spring": 150.0}
@@ -77,6 +78,29 @@ def test_sprags_let_go_of_a_body_that_starts_in_overrun_and_catch_it_at_any_angl
     omega, late = np.sqrt(5e3 / J), run.t > 2.0 * J / pull
     x = pull / 5e3 * (1 - np.cos(omega * (run.t[late] - 2.0 * J / pull)))
     assert run["sprag.x"][late] == pytest.approx(np.maximum(x, 0), abs=2e-8)
+
+
+def test_sprags_hold_from_the_start_where_b_is_slower():
+    """Two bodies swing on the sprags for half a period, and part with exchanged speeds."""
+    J = 0.3
+    row = {"one": Inertia(J=J, w=10.0), "sprag": SpragClutch(**SPRAG), "two": Inertia(J=J, w=0.0)}
+    run = lp.simulate(assemble_row(**row), until=0.1, rtol=1e-11)
+    omega = np.sqrt(2 * SPRAG["c"] / J)
+    (free,) = instants(run, "sprag", "free")
+    assert free == pytest.approx(np.pi / omega, rel=1e-9)
+    decay = 5.0 * np.exp(-2 * SPRAG["d"] / J * (0.1 - free))
+    speeds = [run["one.w"][-1], run["two.w"][-1]]
+    assert speeds == pytest.approx([5.0 - decay, 5.0 + decay], rel=1e-9)
+
+
+def test_a_run_goes_on_from_any_instant_of_sprags():
+    row = {"wall": Fixed(), "sprag": SpragClutch(**SPRAG), "body": Inertia(J=0.3, w=-4.0)}
+    system = assemble_row(**row, pull=Torque(tau=-30.0 + 60.0 * lp.ops.sin(40 * lp.time)))
+    run = lp.simulate(system, until=0.4, rtol=1e-11)
+    assert len(instants(run, "sprag", "engaged")) > 1
+    for t in (0.01, 0.05, 0.11, 0.23):
+        rest = lp.simulate(system, until=0.4, start=run.point(t), rtol=1e-11)
+        assert rest["body.w"][-1] == pytest.approx(run["body.w"][-1], rel=1e-7)
 
 
 def test_a_centrifugal_clutch_engages_at_its_speed_and_pulls_its_drum_up():
@@ -246,3 +270,10 @@ def test_each_of_two_clutches_takes_the_heat_of_its_own_slip():
     assert whole["even.w"][-1] == pytest.approx(both, rel=1e-9)
     lost = 0.3 * 200.0**2 / 2 - 1.8 * both**2 / 2
     assert heat(whole, 1, 900.0) + heat(whole, 2, 700.0) == pytest.approx(lost, rel=1e-8)
+
+
+def test_a_pressure_below_zero_is_refused():
+    clutch = PressureClutch(**PRESSED, p_wanted=5e5 * lp.ops.cos(9 * lp.time))
+    system = assemble_row(engine=Inertia(J=0.3, w=100.0), clutch=clutch, body=Inertia(J=0.9))
+    with pytest.raises(SolverError, match="wanted pressure = -"):
+        lp.simulate(system, until=1.0)

@@ -82,7 +82,24 @@ def test_a_ratio_out_of_range_stops_the_run():
         assert word in str(error.value)
 
 
-@pytest.mark.parametrize("ratios", [(0.0, 2.0), (2.0, 1.0)])
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"ratio": -1.0}, "ratio = -1"),
+        ({"f_n": F_N * lp.ops.cos(20 * lp.time)}, "normal force = -"),
+    ],
+)
+def test_a_contact_turned_inside_out_or_pulled_is_refused(given, words):
+    with pytest.raises(SolverError, match=words):
+        driven(-20.0, 1.0, **given)
+
+
+def test_a_normal_force_may_come_down_to_zero():
+    run = driven(0.0, 1.0, f_n=F_N * abs(lp.ops.cos(20 * lp.time)))
+    assert run["body.w"][-1] == pytest.approx(200.0 / 1.5, rel=1e-9)
+
+
+@pytest.mark.parametrize("ratios", [(0.0, 2.0), (2.0, 1.0), None, 2.0, (0.4, 1.0, 2.0), ("a", 2)])
 def test_ratios_that_cannot_be_are_refused(ratios):
     with pytest.raises(EquationError) as error:
         driven(-20.0, 1.0, ratios=ratios)

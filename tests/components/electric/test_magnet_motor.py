@@ -206,7 +206,9 @@ def test_data_that_make_no_sense_are_refused(changed, text):
 
 
 @pytest.mark.parametrize(
-    "changed", [{"source.v": 6.0}, {"turn.w": 5000.0}], ids=["voltage", "speed"]
+    "changed",
+    [{"source.v": 6.0}, {"turn.w": 5000.0}, {"source.v": -V_DC}],
+    ids=["voltage", "speed", "reversed poles"],
 )
 def test_a_voltage_below_that_of_current_and_magnets_is_refused(stand, changed):
     refused(

@@ -5,11 +5,12 @@ import itertools
 import numpy as np
 import pytest
 from rows import assemble_row
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.components import BoucWen, Dahl, Fixed, Inertia, LuGre, Speed, Spring, Stribeck, Torque
+from lumped.errors import EquationError
 
 OMEGA = 2 * np.pi
 
@@ -175,3 +176,23 @@ def test_stribeck_serves_as_its_curve():
     curve = Stribeck(coulomb=F_C, static=F_S, decay=100.0)
     run = lp.simulate(driven(LuGre(c=1e4, characteristic=curve), 0.01), until=1.0, rtol=1e-10)
     assert run["part.tau"][-1] == pytest.approx(F_C + 0.5 * np.exp(-1.0), rel=1e-9)
+
+
+def test_the_knee_has_a_derivative_by_its_sharpness_from_rest_on():
+    """Forward ``u = z / phi_y`` solves ``x = int(1 / (1 - s^n))`` from 0 to u; n varies at 2."""
+    x, w = 0.8, 0.5
+    system = driven(BoucWen(c=C, phi_y=PHI_Y, n=2.0), w)
+    of, until = lp.functionals.final("part.tau"), x * PHI_Y / w
+    found = lp.gradient(system, of=[of], by=["part.n"], until=until, rtol=1e-10)
+    u = np.tanh(x)
+    spread = quad(lambda s: s**2 * np.log(s) / (1 - s**2) ** 2, 0.0, u, epsabs=0, epsrel=1e-12)[0]
+    assert found.values[0] == pytest.approx(C * PHI_Y * u, rel=1e-8)
+    assert found.derivatives[0, 0] == pytest.approx(-C * PHI_Y * (1 - u**2) * spread, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "characteristic", [((0, 1.0), (1, 0.5), (2, 0.0)), ((0, 0.0), (1, 1.0)), lambda w: 0.0 * w]
+)
+def test_bristles_without_friction_are_refused(characteristic):
+    with pytest.raises(EquationError, match="friction must be above 0"):
+        driven(LuGre(c=C, characteristic=characteristic), 1.0)

@@ -183,6 +183,7 @@ def test_microslip_damps_as_much_as_its_loop():
     ("part", "words"),
     [
         (Iwan(backbone=((0.0, 1.0), (1.0, 2.0))), "the first row must be"),
+        (Iwan(backbone=((0, 0), (0.01, 0))), "begin with a stiffness above 0"),
         (Iwan(backbone=((0, 0), (1.0, 1.0), (2.0, 3.0))), "must not rise"),
         (Iwan(backbone=((0, 0), (1.0, 1.0), (1.0, 3.0))), "twists must increase"),
         (ClutchDisc(drive=((0.1, 1.0, 1.0),)), "begins at 0.1 rad, not at 0"),

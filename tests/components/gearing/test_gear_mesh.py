@@ -301,6 +301,10 @@ def gears(**fields):
         ({"error_curve": ((0.0, 1e-6),), "error": ((1, 1e-6, 0.0),)}, "one of them"),
         ({"contact_ratio": 1.5, "overlap_ratio": -0.1}, "at least 0"),
         ({"stiffness": ((1, 1.2, 0.0),)}, "stiffness is not positive"),
+        ({"stiffness": ((-1, 0.2, 0.0),)}, "harmonic -1 must be above 0"),
+        ({"overlap_ratio": 1.5}, "contact_ratio is needed"),
+        ({"contact_ratio": 1.5, "harmonics": 0}, "harmonics = 0"),
+        ({"contact_ratio": 1.5, "harmonics": 2.5}, "harmonics = 2.5"),
     ],
 )
 def test_slips_are_named(fields, match):

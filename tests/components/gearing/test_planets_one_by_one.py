@@ -251,6 +251,7 @@ WRONG = {
     "count": ({"n": 2.5}, r"n = 2.5 planets: a whole number, at least 1"),
     "none": ({"z_p": 0}, r"z_p = 0 teeth: a whole number, at least 3"),
     "each": ({"c_s": (1e8, 2e8)}, r"c_s = .*one number for all, or 3 of them"),
+    "damping": ({"d_b": 3.0}, r"d_b = 3.0 damps bearings of planets; give their stiffness c_b"),
     "flank": ({"flank": 0}, r"flank = 0: 1, or -1"),
 }
 

@@ -141,6 +141,11 @@ class TestRefused:
         with pytest.raises(SolverError, match="free length above l_min"):
             lp.simulate(system, until=15.1, start={"rope.e": M * G * L_0 / EA, "body.v": 2.0})
 
+    def test_a_rope_that_is_too_short_at_the_start(self):
+        system = hanging(Speed(w=0.5), ROPE.with_({"l_0": 0.05}))
+        with pytest.raises(SolverError, match=r"above l_min = -0\.05 m .* longer l_0"):
+            lp.simulate(system, until=0.01)
+
     @pytest.mark.parametrize("given", [{"EA": -1.0}, {"l_0": 0.0}, {"m_l": -2.0}])
     def test_numbers_that_make_no_sense(self, given):
         (name,) = given

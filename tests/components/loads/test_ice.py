@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 import lumped as lp
 from lumped.components import IceTorque, Inertia, Position, Speed, Spring
-from lumped.errors import EquationError, ParameterError
+from lumped.errors import EquationError, ParameterError, SolverError
 
 ONE = ((0.75, np.pi / 2, 0.0),)
 TWO = ((0.5, np.pi / 4, 0.0), (0.5, np.pi / 4, 0.9))
@@ -98,6 +98,16 @@ def test_a_free_propeller_is_slowed_by_the_work_of_the_ice():
     edges = np.arange(13) * np.pi / 2
     work = sum(quad(torque, a, b, epsabs=1e-12)[0] for a, b in pairwise(edges))
     assert J * (w_0**2 - run["body.w"][-1] ** 2) / 2 == pytest.approx(work, rel=1e-9)
+
+
+def test_a_propeller_turns_back_outside_of_the_sequence_only():
+    """At 5 rad/s for 3 s and back, the ice of two turns from 0 on is met twice."""
+    ice = IceTorque(blocks=ONE, Q_max=1e3, turns=2.0)
+    turned = lp.ops.table([0.0, 3.0, 6.0], [0.0, 15.0, 0.0])
+    run = lp.simulate(assemble_row(turn=Position(phi=turned), ice=ice), until=3.4)
+    assert run["ice.w"][-1] == pytest.approx(-5.0, rel=1e-9)
+    with pytest.raises(SolverError, match=r"speed in the ice = -.* forward motion"):
+        lp.simulate(assemble_row(turn=Position(phi=turned), ice=ice), until=4.0)
 
 
 @pytest.mark.parametrize(

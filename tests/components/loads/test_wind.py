@@ -147,6 +147,24 @@ class TestRefused:
             lp.simulate(model, until=10.0)
 
     @pytest.mark.parametrize(
+        ("v", "words"),
+        [
+            (-5 * lp.ops.cos(lp.time), "speed of the wind = -5 m/s"),
+            (0.0, "or wind above zero"),
+        ],
+    )
+    def test_wind_from_behind_and_none(self, v, words):
+        rotor = WindRotor(coefficients=ROWS, R=R, v=v)
+        with pytest.raises(SolverError, match=words):
+            lp.simulate(assemble_row(rotor=rotor, body=Inertia(J=1e4, w=0.1)), until=1.0)
+
+    def test_a_gust_beyond_the_extreme_wind(self):
+        """``0.8 1.4 50 = 56 m/s``."""
+        assert extreme_gust(55.9, 50.0, 0.16, 80.0, 80.0) == pytest.approx(0.135, rel=1e-9)
+        with pytest.raises(OptionError, match=r"v = 60 m/s.* 56 m/s"):
+            extreme_gust(60.0, 50.0, 0.16, 80.0, 80.0)
+
+    @pytest.mark.parametrize(
         ("given", "words"),
         [
             ({"sigma": -1.0}, "sigma = -1"),

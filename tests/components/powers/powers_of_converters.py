@@ -51,7 +51,8 @@ def sprags(at: Motion) -> complex:
 
 
 def sprag_drag(at: Motion) -> float:
-    return 0.0 if at.x["engaged"] > 0.5 else at.p["d"] * at.rel(at.v) ** 2
+    slip = at.rel(at.v)
+    return 0.0 if at.x["x"] > 0 or slip < 0 else at.p["d"] * slip**2
 
 
 def warmth(at: Motion) -> complex:
