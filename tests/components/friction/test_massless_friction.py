@@ -13,6 +13,7 @@ import lumped as lp
 from lumped.components import (
     Brake,
     Clutch,
+    Damper,
     Fixed,
     Inertia,
     Jenkin,
@@ -357,3 +358,37 @@ def test_beside_a_damped_spring_friction_may_depend_on_the_speed(slope):
     found = solve_ivp(rate, (0, 0.3), [0.0], "LSODA", **EXACT)
     run = lp.simulate(system, until=0.3, rtol=1e-11)
     assert run["spring.phi_rel"][-1] == pytest.approx(found.y[0, -1], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda c: {"joint": Jenkin(c=c, tau_max=300.0)},
+        lambda c: {"clutch": Clutch(f_max=600.0, u=1.0), "joint": Spring(c=c)},
+    ],
+)
+def test_orders_pass_what_sticks_as_a_spring(made):
+    J, d, speeds = (0.1, 0.3), 1.0, np.array([10.0, 20.0])
+    system = assemble_row(
+        f=Torque(tau=0.0),
+        J1=Inertia(J=J[0]),
+        **made(C),
+        J2=Inertia(J=J[1]),
+        load=Damper(d=d),
+        ground=Fixed(),
+    )
+    found = lp.vibration.order_response(
+        system,
+        speeds=speeds,
+        of=["joint.tau"],
+        shaft="J1.phi",
+        free="f.tau",
+        excitations={"f.tau": {2: 1.0}},
+    )
+    expected = []
+    for w in 2 * speeds:
+        stiffness = [[C - J[0] * w**2, -C], [-C, C - J[1] * w**2 + 1j * d * w]]
+        a, b = np.linalg.solve(stiffness, [1.0, 0.0])
+        expected.append(C * abs(a - b))
+    np.testing.assert_allclose(found.magnitude("joint.tau", 2), expected, rtol=1e-9)
+    np.testing.assert_allclose(found.mean("joint.tau"), -d * speeds, rtol=1e-9)
