@@ -174,6 +174,24 @@ def test_a_limit_that_swings():
     assert run["spring.tau"][late] == pytest.approx(limit, rel=1e-10)
 
 
+@pytest.mark.parametrize("f_max", [2e-3, 40.0, 2e4])
+@pytest.mark.parametrize(
+    ("u", "pressed"),
+    [
+        (lp.ops.cos(lp.time), np.cos),
+        (abs(lp.ops.cos(lp.time)), lambda t: abs(np.cos(t))),
+        (lp.ops.maximum(lp.ops.cos(lp.time), 0.0), np.cos),
+        (lp.ops.exp(-lp.time) - 0.5, lambda t: np.exp(-t) - 0.5),
+    ],
+)
+def test_pressure_that_goes_to_zero_smoothly(u, pressed, f_max):
+    c = 22.5 * f_max
+    run = lp.simulate(pulled(u=u, w=1.0, f_max=f_max, c=c), until=3.0, grid=600)
+    limit = f_max / 2 * np.maximum(pressed(run.t), 0.0)
+    slides = run.t > 0.05  # a limit rises slower than the spring is wound
+    np.testing.assert_allclose(abs(run["spring.tau"][slides]), limit[slides], atol=1e-6 * f_max)
+
+
 def test_a_freewheel_behind_a_spring_lets_a_body_bounce_off():
     system = assemble_row(
         left=Inertia(J=1.0, w=3.0),
