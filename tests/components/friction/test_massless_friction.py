@@ -239,6 +239,14 @@ def test_what_differs_at_rest_is_refused():
         lp.simulate(system, until=1.0)
 
 
+def test_two_brakes_where_there_is_no_inertia_are_refused():
+    parts = {"first": Inertia(J=0.1), "spring": Spring(c=10.0), "last": Inertia(J=0.3)}
+    brakes = {"a": Brake(f_max=1.0, u=1.0), "b": Brake(f_max=2.0, u=1.0), "other": Spring(c=10.0)}
+    rows = "first spring other last", "spring.flange_b a.flange_a", "spring.flange_b b.flange_a"
+    with pytest.raises(SingularModelError, match="a, b hold and slide without inertia"):
+        assemble_rows(*rows, **parts, **brakes)
+
+
 def test_friction_that_depends_on_the_speed_is_refused():
     with pytest.raises(SingularModelError, match="depend on the sliding speed, or if"):
         assemble_row(
