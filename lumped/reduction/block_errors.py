@@ -64,29 +64,35 @@ class UnheldError(SingularModelError):
         Paths of the parts that they belong to, and whether the springs beside them are damped.
     """
 
-    def __init__(
-        self,
-        reduced: Reduced,
-        holds: Mapping[int, tuple[int | None, int | None]],
-        of: Callable[[list[int]], ca.SX],
-    ) -> None:
-        incidence = reduced.incidence
-        states = _symbols(of(reduced.states))
-        self.massless: dict[str, bool] = {}
-        for block in reduced.blocks:
-            for row, _ in block.equations:
-                reaction, speed = holds.get(row, (None, None))
-                if reaction is not None and reaction not in block.nodes:
-                    motion = set() if speed is None else _symbols(of([speed]))
-                    is_damped = bool(_symbols(of([reaction])) & motion & states)
-                    self.massless[_owner(incidence, row)] = is_damped
-        names = list(self.massless)
-        super().__init__(
-            f"{incidence.flat.name}: {names[0]} holds and slides, but one of its sides has no "
-            "inertia, so that its reaction is known and its speed is not while it slides. Beside "
-            "springs this is solved for friction that does not depend on the sliding speed, or if "
-            f"they are damped. Put an Inertia or Mass on each side of {names[0]}."
-        )
+    def __init__(self, text: str, massless: dict[str, bool] | None = None) -> None:
+        super().__init__(text)
+        self.massless = massless or {}
+
+
+def unheld(
+    reduced: Reduced,
+    holds: Mapping[int, tuple[int | None, int | None]],
+    of: Callable[[list[int]], ca.SX],
+) -> UnheldError:
+    """The error for `holds`, by rows, with the nodes of their reactions and speeds."""
+    incidence = reduced.incidence
+    states = _symbols(of(reduced.states))
+    massless: dict[str, bool] = {}
+    for block in reduced.blocks:
+        for row, _ in block.equations:
+            reaction, speed = holds.get(row, (None, None))
+            if reaction is not None and reaction not in block.nodes:
+                motion = set() if speed is None else _symbols(of([speed]))
+                is_damped = bool(_symbols(of([reaction])) & motion & states)
+                massless[_owner(incidence, row)] = is_damped
+    first = next(iter(massless))
+    return UnheldError(
+        f"{incidence.flat.name}: {first} holds and slides, but one of its sides has no "
+        "inertia, so that its reaction is known and its speed is not while it slides. Beside "
+        "springs this is solved for friction that does not depend on the sliding speed, or if "
+        f"they are damped. Put an Inertia or Mass on each side of {first}.",
+        massless,
+    )
 
 
 def _symbols(expressions: ca.SX) -> set[int]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from lumped.flattening.residual import CONSTANT
 from lumped.flattening.tape import TapeTerm
-from lumped.reduction.block_errors import UnheldError, singular_block
+from lumped.reduction.block_errors import singular_block, unheld
 from lumped.reduction.elimination import SingularBlockError, solve
 from lumped.reduction.incidence import Occurrence
 from lumped.reduction.linear_equations import LinearEquations
@@ -359,7 +359,7 @@ class Values:
         try:
             return {i: place[node] for i, node in reactions.items() if node is not None}
         except KeyError:
-            raise UnheldError(self.reduced, self._holds, self.of) from None
+            raise unheld(self.reduced, self._holds, self.of) from None
 
     def _sum_equations(
         self, sums: np.ndarray, numbers: np.ndarray, orders: np.ndarray, linear: LinearEquations
