@@ -97,6 +97,8 @@ class Switching(Shared):
         Friction that impulses may press.
     may_leap, is_direct : ndarray of bool, shape (h,)
         Holds whose speed may jump with conditions; those whose reaction gives it, not its rate.
+    opposite : ndarray of int, shape (h,)
+        Hold of the opposite limit of the same friction, -1 if there is none.
     names : list of str
         Components of the holds.
     gap_units : list of str
@@ -127,6 +129,7 @@ class Switching(Shared):
         engaged: list[int] = []
         quantities: list[ca.SX] = []
         limits: list[tuple[bool, ...]] = []
+        opposite: list[int] = []
         self._texts: dict[tuple[int, int], tuple[str, str]] = {}
         self.names: list[str] = []
         self.gap_units: list[str] = []
@@ -157,6 +160,7 @@ class Switching(Shared):
                     first_modes.append(mode + stick.first)
                     engaged.append(-1 if stick.engaged is None else mode + stick.engaged)
                     limits.append(stick.given)
+                    opposite.append(len(opposite) + stick.opposite if stick.opposite else -1)
                     self.names.append(name)
                     self.words.append(stick.words)
                     unknown = int(group.unknowns[i, stick.speed[0]])
@@ -180,6 +184,7 @@ class Switching(Shared):
         self.engaged = np.array(engaged, dtype=int)
         *flags, pressed, self.may_leap, self.is_direct = np.reshape(limits, (-1, 8)).T.astype(bool)
         self.has_upper, self.has_lower, self.has_forward, self.has_backward, self.has_gap = flags
+        self.opposite = np.array(opposite, dtype=int)
         self.is_pressed = pressed & self.has_upper & self.has_lower
         table = ca.vertcat(ca.SX(0, 7), *quantities)
         self.speed, self.acceleration, self.reaction, *rest = ca.horzsplit(table)
@@ -382,6 +387,9 @@ class Switching(Shared):
             elif self.has_forward[h] or self.has_backward[h]:
                 sliding = (forward - backward) * self.speed[h]
                 free = 1 - forward - backward
+                if self.opposite[h] >= 0:  # both limits are met only where they come to zero
+                    opposed = modes[self.first_modes[self.opposite[h]] + hold_modes.STUCK]
+                    sliding, free = (1 - opposed) * sliding, (1 - opposed) * free + opposed
                 add(sliding + free, ca.if_else(compliance > 0, 1e-9, 1e-13), "slide", h)
         empty, self.rows = ca.SX(0, 1), rows
         return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)

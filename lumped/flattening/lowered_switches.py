@@ -61,6 +61,8 @@ class Stick:
         Whether there are `upper`, `lower`, `forward`, `backward` and `gap`, whether impulses press
         it, whether its speed may jump with conditions and functions of time, and whether its
         reaction determines its speed, not its rate.
+    opposite : int
+        How many after it the hold of the opposite limit is, 0 if there is none.
     words : (str, str, str), optional
         What it is called while it sticks, slides forward, and is free.
     """
@@ -76,6 +78,7 @@ class Stick:
     gap: ca.SX
     restitution: ca.SX
     given: tuple[bool, ...]
+    opposite: int
     words: tuple[str, str, str] | None
 
 

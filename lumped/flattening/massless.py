@@ -115,6 +115,7 @@ def _one_sided(item: Hold, found: Massless) -> Iterator[Single]:
     sliding: Expr = speed
     position: Expr = as_expr(0.0)
     ways = (("forward", 1, item.forward, item.upper), ("backward", -1, item.backward, item.lower))
+    has_two = item.forward is not None and item.backward is not None
     for way, sign, law, limit in ways:
         if law is None or limit is None:
             continue
@@ -126,7 +127,7 @@ def _one_sided(item: Hold, found: Massless) -> Iterator[Single]:
         found.rooms.append(room.name)
         yield room == sign * (law - reaction)
         one = hold(slip, room, forward=0.0, upper=0.0, engaged=engaged, position=own)
-        yield replace(one.called(way, "stuck", "free"), leaps=True)
+        yield replace(one.called(way, "stuck", "free"), leaps=True, opposite=sign * has_two)
         sliding = sliding + sign * slip
         position = position + sign * (1 - own)
     if engaged is not None:

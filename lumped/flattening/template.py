@@ -201,6 +201,7 @@ class Template:
                 lower_or_nan(item.gap),
                 lowered(item.restitution),
                 (*(limit is not None for limit in limits), item.pressed, item.leaps, item.direct),
+                item.opposite,
                 item.words,
             )
         )

@@ -61,6 +61,6 @@ def content_of(what: object, place: Place) -> Hashable:
     if isinstance(what, Question):
         parts = (content_of(part, place) for part in (what.values, what.answers))
         return (Question, what.program.content, *parts)
-    if what is None or isinstance(what, bool | str):
+    if what is None or isinstance(what, int | str):
         return what
     raise TypeError(what)

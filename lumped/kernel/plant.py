@@ -108,6 +108,7 @@ class Plant(Record):
     is_pressed: Integers
     may_leap: Integers
     is_direct: Integers
+    opposite: Integers
 
     # which states have rates that are no unknowns of the equations of motion
     is_moved: Integers

@@ -15,7 +15,8 @@ class Hold:
     """A constraint ``speed == 0`` with a limited reaction (see `hold`).
 
     Its speed may leap with conditions and functions of time; it is direct if the reaction
-    determines the speed and not the rate of it, as beside dampers without inertia.
+    determines the speed and not the rate of it, as beside dampers without inertia. The hold of the
+    opposite limit of the same friction is so many after it, 0 if there is none.
     """
 
     reaction: Ref
@@ -32,6 +33,7 @@ class Hold:
     words: tuple[str, str, str] | None = None
     leaps: bool = False
     direct: bool = False
+    opposite: int = 0
 
     def called(self, sticks: str, slides: str, free: str = "free") -> Hold:
         """The same, with words for events: what it is while it sticks, slides forward, is free."""

@@ -40,6 +40,7 @@ def find_loose(point: OperatingPoint, search: StartSearch) -> tuple[int, ...]:
     parts, places = holds.parts(modes), np.array(switching.speeds)
     slides = parts[FORWARD] | parts[BACKWARD] | (parts[STUCK] & (begun is not point))
     joins = switching.is_pressed | ~(switching.has_upper & switching.has_lower)
+    joins &= ~switching.may_leap  # friction beside springs, whose limits are free while it sticks
     slides &= joins & (seen.upper > seen.lower) & (places >= 0)
     strength = np.where(switching.has_gap, -1.0, np.maximum(seen.upper, -seen.lower))
     order = [h for h in np.argsort(-strength, kind="stable").tolist() if slides[h]]

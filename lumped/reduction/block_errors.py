@@ -38,7 +38,7 @@ def singular_block(
         why = f"Likely {list_each_once(signals)} form a loop of signals whose gain is 1. "
         what = "Change a gain, or put a part with a state into the loop, such as a Filter."
     sliding = list(dict.fromkeys(_owner(incidence, row) for row in holds))
-    if len(sliding) > 1 and not set(rows).isdisjoint(holds):
+    if len(sliding) > 1 and rank == len(nodes):  # but for what sticks or slides
         why = (
             f"{list_each_once(sliding)} hold and slide without inertia between them, so that "
             "nothing determines the speed between two that slide at once. "

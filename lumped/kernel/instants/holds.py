@@ -56,6 +56,12 @@ def is_held(plant: Plant, m: Numbers, hold: int) -> bool:
 
 
 @kernel
+def is_opposed(plant: Plant, m: Numbers, hold: int) -> bool:
+    """Whether friction is at its opposite limit; both are met where its limits come to zero."""
+    return plant.opposite[hold] >= 0 and is_held(plant, m, plant.opposite[hold])
+
+
+@kernel
 def is_shared(plant: Plant, m: Numbers, hold: int) -> bool:
     """Whether a hold sticks and shares its load with others."""
     return is_held(plant, m, hold) and m[plant.hold_setting[hold] + COMPLIANCE] > 0.0

@@ -22,6 +22,7 @@ from lumped.kernel.instants.holds import (
     TOUCHING,
     is_at_rest,
     is_held,
+    is_opposed,
     look_at,
     position_of,
     release_demands,
@@ -57,6 +58,8 @@ def _first_position(plant: Plant, instant: InstantSearch, seen: Look, h: int) ->
     """Position of a hold that begins to act, from its speed and gap alone."""
     v, least = seen.speed[h], instant.rest_speed[h]
     is_still = abs(v) <= least
+    if is_opposed(plant, instant.m, h):
+        return FORWARD
     if plant.has_gap[h]:
         return STUCK if is_still and seen.gap[h] <= TOUCHING and v <= least else FORWARD
     if not is_still and v > 0.0 and plant.has_forward[h]:
@@ -112,6 +115,8 @@ def _has_leapt(run: Run, seen: Look, h: int) -> bool:
 def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
     """The position that follows from speeds, whatever the reactions; KEEPS if none does."""
     plant, instant = run.plant, run.instant
+    if is_opposed(plant, instant.m, h):
+        return KEEPS
     own, v = instant.m[plant.hold_setting[h] :], seen.speed[h]
     is_stuck, forward, backward = own[STUCK] > 0.5, own[FORWARD] > 0.5, own[BACKWARD] > 0.5
     if (forward or backward) and _is_held_by_others(run, seen, h, calm):

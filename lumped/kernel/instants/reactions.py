@@ -17,6 +17,7 @@ from lumped.kernel.instants.conditions import copy_conditions, turn_wrong
 from lumped.kernel.instants.holds import (
     TOUCHING,
     is_at_rest,
+    is_opposed,
     is_shared,
     look_at,
     position_of,
@@ -65,6 +66,8 @@ def calmness(run: Run, look: Look) -> float:
 def _ends_here(run: Run, seen: Look, h: int, is_forward: bool) -> bool:
     """Whether a hold that slides comes to rest now or at once."""
     plant, v, a = run.plant, seen.speed[h], seen.acceleration[h]
+    if is_opposed(plant, run.instant.m, h):
+        return False
     if plant.has_gap[h]:
         return seen.gap[h] <= TOUCHING and is_at_rest(run.instant, seen, h)
     slows = v > 0.0 and a < 0.0 if is_forward else v < 0.0 and a > 0.0

@@ -248,6 +248,7 @@ def _tables(system: System) -> dict[str, Any]:
         "is_pressed": s.is_pressed,
         "may_leap": s.may_leap,
         "is_direct": s.is_direct,
+        "opposite": s.opposite,
         "jump_setting": [jump.mode for jump in s.jumps],
         "jump_condition": [
             relations.index(jump.mode) if jump.mode in relations else -1 for jump in s.jumps

@@ -47,8 +47,8 @@ class Linearity:
     states : tuple of str
         States whose vibration adds most to that, the largest first.
     released : dict of str to float
-        Components that stick, are closed or rest against a stop in the mean and would not along the
-        vibration, and the first speed, rad/s, at which.
+        Components that are taken to stick, be closed or rest against a stop, and would not along
+        the vibration or in its mean, and the first speed, rad/s, at which.
     """
 
     speed: float
@@ -198,11 +198,8 @@ class _Along:
         margins, rows = _margins(self.steady.system, self.small.inputs)
         time = np.full(len(self.angle), self.steady.time)
         theta = self.steady.theta[0]
-        mean = np.hstack([self.mean, np.zeros_like(self.inputs)])
-        vibration = np.hstack([self.vibration, self.inputs])
-        moved = margins(mean + vibration, theta, time, self.settings)
-        still = margins(mean, theta, time, self.settings)
-        lost = (moved < 0).any(axis=0) & (still >= 0).all(axis=0)
+        moved = np.hstack([self.mean + self.vibration, self.inputs])
+        lost = (margins(moved, theta, time, self.settings) < 0).any(axis=0)
         return list(dict.fromkeys(switching.names[rows[i]] for i in np.flatnonzero(lost)))
 
 

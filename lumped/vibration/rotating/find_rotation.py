@@ -226,7 +226,8 @@ class _Balance:
         self._steady, self.name = steady, name
         (self.place,) = steady.system.places([name])
         self._speed = speed_of(steady.system, shaft)
-        self._small = small_vibrations(steady.system, (name,), (self._speed,))
+        outputs = (self._speed, *steady.standing)
+        self._small = small_vibrations(steady.system, (name,), outputs)
         moving = (steady.turning == 0) & ~steady.idle
         self._unknown = np.flatnonzero(np.append(moving, True))
         self._solved: dict[int, tuple[Real, Real]] = {}
@@ -283,7 +284,7 @@ class _Balance:
                 )
             found[self._unknown] -= np.linalg.lstsq(scaled, residual / scale, rcond=_SINGULAR)[0]
         system = self._steady.system
-        names = [*system.state_names, self._speed]
+        names = [*system.state_names, *self._small.outputs]
         raise SolverError(
             f"{system.name}: mean torques do not balance at {self._steady.speeds[k]:g} rad/s with "
             f"{self.name} free: {names[worst]} keeps a mean rate of {residual[worst]:.3g}. Name "
@@ -312,9 +313,12 @@ class _Balance:
         parts = everything_along(self._small, there, turns)
         matrix = self._small.whole_matrix(parts, turns.weights)
         means = turns.weights @ np.hstack([parts.rates, parts.outputs])
-        residual = means - speed * np.append(steady.turning, 1.0)
-        residual[:-1][steady.idle] = 0.0
-        matrix[:-1][steady.idle] = 0.0
-        size = np.append(np.abs(parts.rates).max(axis=0), abs(speed))
+        n = len(steady.turning)
+        residual = means.copy()
+        residual[: n + 1] -= speed * np.append(steady.turning, 1.0)
+        residual[:n][steady.idle] = 0.0
+        matrix[:n][steady.idle] = 0.0
+        size = np.full(len(means), abs(speed))
+        size[:n] = np.abs(parts.rates).max(axis=0)
         size = np.maximum(size, np.abs(matrix) @ np.abs(found))
         return parts, residual, matrix, np.maximum(size, 1e-300)

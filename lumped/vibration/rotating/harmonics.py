@@ -204,35 +204,36 @@ def derive_by_speed(steady: Rotation, slope: Real) -> float:
     if steady.shaft is None or steady.is_given or not slope.any():
         return 0.0
     _, _, adjoint = _adjoint(steady, slope)
-    return float(adjoint[:-1] @ steady.turning + adjoint[-1])
+    n = len(slope)
+    return float(adjoint[:n] @ steady.turning + adjoint[n])
 
 
 def _adjoint(steady: Rotation, slope: Real) -> tuple[SmallVibrations, Turns, Real]:
     """Equations, points over the turns, and a multiplier of each mean equation.
 
     The equations are the mean rates, less those of steady rotation, and the speed of the shaft,
-    less the speed that is given; shape (n + 1,).
+    less the speed that is given, and speeds that holds keep at zero.
     """
     assert steady.shaft is not None
     system, free = steady.system, steady.balancing
-    small = small_vibrations(
-        system, () if free is None else (free,), (speed_of(system, steady.shaft),)
-    )
+    outputs = (speed_of(system, steady.shaft), *steady.standing)
+    small = small_vibrations(system, () if free is None else (free,), outputs)
     n = len(slope)
     turns = begin_of(steady) if free is None else turns_of(small, steady)
     matrix = small.whole_matrix(everything_along(small, steady, turns), turns.weights)
     relative = np.isin(system.structure.states, relative_positions(system))
     turning = steady.turning != 0
     if free is None:
-        equations = np.append(np.flatnonzero(relative), n)
+        balanced = relative
         unknown = np.flatnonzero(~relative & ~turning)
     else:
-        equations = np.append(np.flatnonzero(~steady.idle), n)
+        balanced = ~steady.idle
         unknown = np.append(np.flatnonzero(~turning & ~steady.idle), n)
+    equations = np.append(np.flatnonzero(balanced), n + np.arange(len(outputs)))
     wanted = np.append(slope, np.zeros(len(small.inputs)))[unknown]
     own = matrix[np.ix_(equations, unknown)]
     size = np.maximum(np.abs(own).max(axis=1), 1e-300)
-    adjoint = np.zeros(n + 1)
+    adjoint = np.zeros(n + len(outputs))
     adjoint[equations] = np.linalg.lstsq((own / size[:, None]).T, wanted)[0] / size
     return small, turns, adjoint
 

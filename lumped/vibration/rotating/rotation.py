@@ -10,6 +10,7 @@ import numpy as np
 from lumped.compiler.structure import Name
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
+from lumped.flattening.hold_modes import STUCK
 from lumped.support.arrays import Boolean, Integer, Real
 from lumped.support.made_once import made_once
 from lumped.timeloop.plants.many_points import ManyPoints
@@ -105,6 +106,15 @@ class Rotation:
         """States on which no rate depends, such as angles that were asked for, shape (n,)."""
         structure = self.system.structure
         return np.isin(structure.states, list(structure.cyclic))
+
+    @property
+    def standing(self) -> tuple[str, ...]:
+        """Speeds that holds keep at zero, which rates, all zero, alone would not tell."""
+        switching, structure = self.system.switching, self.system.structure
+        sticks = self.settings[0, switching.first_modes + STUCK] > 0.5
+        held = zip(switching.speeds, sticks, strict=True)
+        nodes = {node for node, is_held in held if is_held and node >= 0}
+        return tuple(structure.node_name(node) for node in sorted(nodes))
 
     @property
     def plane(self) -> Real | None:

@@ -13,6 +13,7 @@ import lumped as lp
 from lumped.components import (
     Brake,
     Clutch,
+    Damper,
     Fixed,
     Inertia,
     Jenkin,
@@ -173,6 +174,24 @@ def test_a_limit_that_swings():
     assert run["spring.tau"][late] == pytest.approx(limit, rel=1e-10)
 
 
+@pytest.mark.parametrize("f_max", [2e-3, 40.0, 2e4])
+@pytest.mark.parametrize(
+    ("u", "pressed"),
+    [
+        (lp.ops.cos(lp.time), np.cos),
+        (abs(lp.ops.cos(lp.time)), lambda t: abs(np.cos(t))),
+        (lp.ops.maximum(lp.ops.cos(lp.time), 0.0), np.cos),
+        (lp.ops.exp(-lp.time) - 0.5, lambda t: np.exp(-t) - 0.5),
+    ],
+)
+def test_pressure_that_goes_to_zero_smoothly(u, pressed, f_max):
+    c = 22.5 * f_max
+    run = lp.simulate(pulled(u=u, w=1.0, f_max=f_max, c=c), until=3.0, grid=600)
+    limit = f_max / 2 * np.maximum(pressed(run.t), 0.0)
+    slides = run.t > 0.05  # a limit rises slower than the spring is wound
+    np.testing.assert_allclose(abs(run["spring.tau"][slides]), limit[slides], atol=1e-6 * f_max)
+
+
 def test_a_freewheel_behind_a_spring_lets_a_body_bounce_off():
     system = assemble_row(
         left=Inertia(J=1.0, w=3.0),
@@ -218,6 +237,14 @@ def test_what_differs_at_rest_is_refused():
         SolverError, match=r"brake \(Brake\): static over kinetic friction .* = 1.2"
     ):
         lp.simulate(system, until=1.0)
+
+
+def test_two_brakes_where_there_is_no_inertia_are_refused():
+    parts = {"first": Inertia(J=0.1), "spring": Spring(c=10.0), "last": Inertia(J=0.3)}
+    brakes = {"a": Brake(f_max=1.0, u=1.0), "b": Brake(f_max=2.0, u=1.0), "other": Spring(c=10.0)}
+    rows = "first spring other last", "spring.flange_b a.flange_a", "spring.flange_b b.flange_a"
+    with pytest.raises(SingularModelError, match="a, b hold and slide without inertia"):
+        assemble_rows(*rows, **parts, **brakes)
 
 
 def test_friction_that_depends_on_the_speed_is_refused():
@@ -357,3 +384,37 @@ def test_beside_a_damped_spring_friction_may_depend_on_the_speed(slope):
     found = solve_ivp(rate, (0, 0.3), [0.0], "LSODA", **EXACT)
     run = lp.simulate(system, until=0.3, rtol=1e-11)
     assert run["spring.phi_rel"][-1] == pytest.approx(found.y[0, -1], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda c: {"joint": Jenkin(c=c, tau_max=300.0)},
+        lambda c: {"clutch": Clutch(f_max=600.0, u=1.0), "joint": Spring(c=c)},
+    ],
+)
+def test_orders_pass_what_sticks_as_a_spring(made):
+    J, d, speeds = (0.1, 0.3), 1.0, np.array([10.0, 20.0])
+    system = assemble_row(
+        f=Torque(tau=0.0),
+        J1=Inertia(J=J[0]),
+        **made(C),
+        J2=Inertia(J=J[1]),
+        load=Damper(d=d),
+        ground=Fixed(),
+    )
+    found = lp.vibration.order_response(
+        system,
+        speeds=speeds,
+        of=["joint.tau"],
+        shaft="J1.phi",
+        free="f.tau",
+        excitations={"f.tau": {2: 1.0}},
+    )
+    expected = []
+    for w in 2 * speeds:
+        stiffness = [[C - J[0] * w**2, -C], [-C, C - J[1] * w**2 + 1j * d * w]]
+        a, b = np.linalg.solve(stiffness, [1.0, 0.0])
+        expected.append(C * abs(a - b))
+    np.testing.assert_allclose(found.magnitude("joint.tau", 2), expected, rtol=1e-9)
+    np.testing.assert_allclose(found.mean("joint.tau"), -d * speeds, rtol=1e-9)

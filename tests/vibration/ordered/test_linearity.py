@@ -108,3 +108,26 @@ def test_added_damping_counts_in_what_is_left_out():
     wanted = 0.75 * K3 * amplitude**2 / np.abs(stiff)
     assert np.abs(response["disc.phi"][:, 0]) == pytest.approx(amplitude)
     assert response.linearity.share == pytest.approx(wanted.max(), rel=1e-9)
+
+
+@pytest.mark.parametrize(("d", "slips"), [(1.8, False), (2.2, True)])
+def test_a_clutch_that_the_mean_torque_overloads_is_named(d, slips):
+    system = assemble_row(
+        torque=Torque(tau=0.0),
+        engine=Inertia(J=1.0),
+        clutch=Clutch(f_max=40.0, u=1.0),
+        shaft=Spring(c=1e5),
+        load=Inertia(J=1.0),
+        water=Damper(d=d),
+        ground=Fixed(),
+    )
+    response = lp.vibration.order_response(
+        system,
+        speeds=[5.0, 10.0],
+        of=["clutch.tau"],
+        shaft="engine.phi",
+        free="torque.tau",
+        excitations={"torque.tau": {1: 0.1}},
+    )
+    found = response.linearity
+    assert (found is not None and "clutch" in found.released) == slips

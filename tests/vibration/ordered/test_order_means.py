@@ -10,6 +10,7 @@ from rows import assemble_rows, in_a_row
 
 import lumped as lp
 from lumped.components import (
+    Clutch,
     CrankSlider,
     Damper,
     Fixed,
@@ -154,6 +155,48 @@ def test_mean_torques_balance_beside_angles_on_which_nothing_depends():
     w = found.speed
     wanted = -3.0 * 2.0 * w**2 / abs(0.1 + 2j * w) ** 3
     assert found["rotor.J"] == pytest.approx(wanted, rel=1e-9)
+
+
+def test_what_sticks_turns_at_one_speed_in_the_mean():
+    """A clutch between two inertias, and a coupling that the mean torque stiffens."""
+    system = lp.assemble(
+        in_a_row(
+            drive=Torque(tau=0.0),
+            rotor=Inertia(J=0.1),
+            clutch=Clutch(f_max=400.0, u=1.0),
+            disc=Inertia(J=0.05),
+            coupling=NonlinearSpring(characteristic=lambda x: 1e3 * x + 1e6 * x**3),
+            wheel=Inertia(J=0.3),
+            load=Damper(d=1.0),
+            ground=Fixed(),
+        )
+    )
+    speeds = np.array([10.0, 20.0])
+    response = lp.vibration.order_response(
+        system,
+        speeds=speeds,
+        of=["coupling.tau", "wheel.w"],
+        shaft="rotor.phi",
+        excitations={"drive.tau": {2: 1.0}},
+        free="drive.tau",
+    )
+
+    def torque(speed, d):
+        roots = np.roots([1e6, 0.0, 1e3, -d * speed])
+        stiff, w = 1e3 + 3e6 * roots[roots.imag == 0].real[0] ** 2, 2 * speed
+        matrix = [[stiff - 0.15 * w**2, -stiff], [-stiff, stiff - 0.3 * w**2 + 1j * d * w]]
+        a, b = np.linalg.solve(matrix, [1.0, 0.0])
+        return stiff * abs(a - b)
+
+    assert response.mean("wheel.w") == pytest.approx(speeds, rel=1e-9)
+    assert response.mean("coupling.tau") == pytest.approx(-speeds, rel=1e-9)
+    wanted = [torque(speed, 1.0) for speed in speeds]
+    assert response.magnitude("coupling.tau", 2) == pytest.approx(wanted, rel=1e-9)
+    found = lp.vibration.order_sensitivity(
+        response, "coupling.tau", measure=2, by=["load.d"], speed=20.0
+    )
+    by_d = slope(lambda change: torque(20.0, 1.0 + change), 0.0, 1e-3, 4)
+    assert found["load.d"] == pytest.approx(by_d, rel=1e-7)
 
 
 @pytest.mark.parametrize(
