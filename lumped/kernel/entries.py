@@ -6,7 +6,7 @@ from typing import Any
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.cycles import count_all, sum_damage
-from lumped.kernel.instants.linkages import close, converge
+from lumped.kernel.instants.linkages import close, close_first, converge
 from lumped.kernel.instants.positions import begin, calm_positions, find_positions
 from lumped.kernel.instants.yielding import watch_redundancy
 from lumped.kernel.interpret import evaluate, prepare
@@ -69,7 +69,7 @@ def watch_constraints(run: Run) -> int:
 
 
 _ALL: tuple[Any, ...] = (
-    *(loop, begin, calm_positions, find_positions, value, values, close_linkages),
+    *(loop, begin, calm_positions, find_positions, value, values, close_linkages, close_first),
     *(converge_linkages, watch_constraints, prepare_parameters, replay_steps, evaluate_inside),
     *(list_points, sweep_steps, variants, until_steps_of, attempt_of, crossing_of, look_of, end_of),
     *(count_all, sum_damage),

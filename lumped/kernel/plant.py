@@ -7,7 +7,8 @@ One function takes the ends of ranges in place of the states and the time: the l
 states, the greatest, and both times. `margin_floor` gives lower bounds of the margins in between.
 `forcing` gives what of the rates follows the time alone, `forcing_range` lower and upper bounds of
 that between two times, which take the place of the states. `projection` gives the change of the
-states that meets their invariants, and how independent these are.
+states that meets their invariants, and how independent these are. `opened` gives the sides of all
+conditions where implicit quantities have their guesses, if these depend on conditions.
 
 A hold is a constraint that sticks, or slides forward or backward, or is free; its settings are
 those of `lumped.flattening.hold_modes`. A condition has one, or those of a piece of a table: its
@@ -63,6 +64,7 @@ class Plant(Record):
     holds: int
     jumps: int
     levers: int
+    has_opened: int
     followers: int
     speed_uses: int
     parameters: int
@@ -80,6 +82,7 @@ class Plant(Record):
     forcing: Function
     forcing_range: Function
     closure: Function
+    opened: Function
     leverage: Function
     following: Function
     projection: Function

@@ -24,7 +24,7 @@ from lumped.points.targets import Targets
 from lumped.support.units import amount
 from lumped.timeloop.clocks import modes_at
 from lumped.timeloop.holds import Holds
-from lumped.timeloop.settings import calm_positions, close_settings, just_after
+from lumped.timeloop.settings import calm_positions, close_settings, just_after, open_modes
 
 ROUNDING = 1e-3
 """Of the speed that counts as standstill: what a search leaves of a speed that is zero."""
@@ -89,8 +89,7 @@ class StartSearch:
         pressed: tuple[int, ...] = (),
     ) -> None:
         self.system, self.theta, self.free, self.time = system, theta, free, time
-        self._resting = relative_positions(system) if together else ()
-        self._pressed = pressed
+        self._resting, self._pressed = relative_positions(system) if together else (), pressed
         self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         given, self.starts = evaluate_start_values(system, theta)
@@ -125,7 +124,8 @@ class StartSearch:
         self.residual: float | None = None
         for node, (_, value) in self.fixed.items():
             self.x[self.position[node]] = value
-        trial = _Trial(self.x, self.theta, modes_at(self.system, self.theta, just_after(self.time)))
+        modes, self.guesses = open_modes(self.system, self.x, self.theta, self.time, self.guesses)
+        trial = _Trial(self.x, self.theta, modes)
         if len(self.guesses):
             refuse_redundant(self.system, *trial, self.guesses, self.time)
         if self.targets or self.free or self.system.structure.flat.initial:

@@ -228,10 +228,17 @@ class GenericPoint:
     """A generic point near the start: a value for every class at every order.
 
     Where an expression is not finite there (a root or logarithm outside its range), another
-    point is tried. Parameters have their defaults.
+    point is tried. Parameters have their defaults. `load` is the share of their values that flows
+    (forces, torques, currents) have.
     """
 
-    def __init__(self, flat: FlatModel, aliases: Aliases, orders: np.ndarray) -> None:
+    def __init__(
+        self,
+        flat: FlatModel,
+        aliases: Aliases,
+        orders: np.ndarray,
+        load: float = 1.0,
+    ) -> None:
         rng = np.random.default_rng(0)
         self.flat = flat
         shape = (len(orders), int(orders.max(initial=0)) + 3)
@@ -240,7 +247,13 @@ class GenericPoint:
             number = aliases.classes[unknown]
             if number >= 0:
                 begin[number, aliases.shifts[unknown]] = value * aliases.signs[unknown]
-        self.choices = [begin + rng.uniform(low, 3 * low, shape) for low in (0.01, 0.3, 1e-5)]
+        share = np.ones(shape)
+        flows = np.array([q.kind == "flow" for q in flat.tree.quantities], dtype=bool)
+        flows &= aliases.classes >= 0
+        share[aliases.classes[flows], aliases.shifts[flows]] = load
+        self.choices = [
+            share * (begin + rng.uniform(low, 3 * low, shape)) for low in (0.01, 0.3, 1e-5)
+        ]
         self.parameters = flat.parameters.numbers
         self.time = 0.7
 

@@ -14,7 +14,7 @@ from lumped.errors import SingularModelError
 from lumped.flattening.flat_model import FlatModel
 from lumped.reduction.aliases import Aliases, eliminate_aliases
 from lumped.reduction.diagnosis import class_names, equation_text, find_combination, list_equations
-from lumped.reduction.incidence import GenericPoint, Incidence, Occurrence
+from lumped.reduction.incidence import Entries, GenericPoint, Incidence, Occurrence
 from lumped.reduction.index_reduction import check_matching, differentiate
 from lumped.reduction.matching import match_rows
 from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
@@ -63,7 +63,8 @@ class Reduced:
     states : list of int
         Nodes that are states, in order of declaration.
     dependent : list of int
-        Candidates that constraints determine; explicit formulas determine the first ones.
+        Candidates that constraints determine; formulas with factors that do not pass zero
+        determine the first ones.
     explicit : int
         Number of these.
     tied : frozenset of int
@@ -234,12 +235,16 @@ def _select_dependent(
     """Nodes that constraints determine, how many explicitly; all that they tie; invariants."""
     if not differentiations.any():
         return [], 0, frozenset(), []
-    point = GenericPoint(incidence.flat, incidence.aliases, highest)
-    constraints = [
-        incidence.entries(np.full(incidence.count, order), point, differentiations > order)
-        for order in range(int(differentiations.max()))
-    ]
     column = first[:-1, None] + np.arange(int(highest.max()) + 1)[None, :]
+
+    def constraints_under(load: float) -> list[Entries]:
+        point = GenericPoint(incidence.flat, incidence.aliases, highest, load)
+        return [
+            incidence.entries(np.full(incidence.count, order), point, differentiations > order)
+            for order in range(int(differentiations.max()))
+        ]
+
+    constraints = constraints_under(1.0)
     rows, equations = constraint_rows(constraints, column)
     tied = frozenset(node for row in rows for node in row)
     rank = np.full(first[-1], RANK["avoid"])
@@ -248,7 +253,12 @@ def _select_dependent(
             rank[first[number] + order] = value
     for node, value in ranks.items():
         rank[node] = value
-    dependent, explicit, unused = select_dependent(rows, rank, explicit_only=redundant)
+    dependent, explicit, unused = select_dependent(
+        rows,
+        rank,
+        lambda: constraint_rows(constraints_under(1e-3), column)[0],
+        explicit_only=redundant,
+    )
     if redundant:
         return dependent, explicit, tied, [equations[row] for row in unused]
     if unused or len(dependent) < int(differentiations.sum()):

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from lumped.compiler.open_conditions import open_conditions
 from lumped.compiler.system import System
 from lumped.errors import LumpedError, SolverError, StartError
 from lumped.kernel import engine
@@ -46,6 +47,22 @@ def settings_at(
         kept[timed] = now[timed]
         now = kept
     return close_settings(system, x, theta, time, now, guesses)
+
+
+def open_modes(
+    system: System, x: np.ndarray, theta: np.ndarray, time: float, guesses: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Modes with which a start is searched for from all states, and guesses of implicit quantities.
+
+    Where these depend on conditions, those hold there; other modes are as in `settings_at`.
+    """
+    modes = modes_at(system, theta, just_after(time))
+    if len(guesses) and open_conditions(system) is not None:
+        used = x[system.structure.in_use]
+        run = executable(system).at(theta, time, used, np.concatenate([modes, guesses]))
+        if engine.call("close_first", run):
+            modes, guesses = np.split(run.m.copy(), [len(modes)])
+    return modes, guesses
 
 
 def close_settings(

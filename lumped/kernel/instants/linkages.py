@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, copy_numbers, kernel
+from lumped.kernel.instants.conditions import set_by_sides
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
@@ -14,6 +15,8 @@ _CLOSED = 1e-12
 """Largest last step, relative."""
 _FOLLOWED = 1e-9
 """The same in a step of a run; the error is then its square."""
+_TURNS = 5
+"""Times that conditions are set anew from one guess."""
 _DISTANCE = (0.1, 0.3, 1.0, 3.0)
 _ROUNDS = 5
 DIRECTIONS = 1 + len(_DISTANCE) * _ROUNDS
@@ -46,17 +49,56 @@ def close(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
     n = plant.implicit
     if n == 0:
         return True
-    now, given = m[plant.settings - n :], run.first_guess
-    copy_numbers(n, now, given)
-    if converge(run, x, t, m):
-        return True
-    for k in range(DIRECTIONS - 1):
-        direction = plant.any_direction[(1 + k) * n :]
-        for i in range(n):
-            now[i] = given[i] + _DISTANCE[k // _ROUNDS] * direction[i]
+    copy_numbers(n, m[plant.settings - n :], run.first_guess)
+    for k in range(DIRECTIONS):
+        _place_guess(run, m, k)
         if converge(run, x, t, m):
             return True
     return False
+
+
+@kernel
+def close_first(run: Run) -> int:
+    """Close linkages at a start; conditions on which they depend follow from the guesses.
+
+    Gives whether they close with conditions that hold there, or at least with those at the guess.
+    """
+    plant = run.plant
+    if plant.has_opened != 0:
+        guesses = run.m[plant.settings - plant.implicit :]
+        copy_numbers(plant.implicit, guesses, run.first_guess)
+        for k in range(DIRECTIONS):
+            _place_guess(run, run.m, k)
+            _open(run)
+            for _ in range(_TURNS):
+                if not converge(run, run.x, run.t, run.m):
+                    break
+                _open(run)
+                if follow(run, run.x, run.t, run.m):
+                    return True
+        _place_guess(run, run.m, 0)
+        _open(run)
+    return close(run, run.x, run.t, run.m)
+
+
+@kernel
+def _open(run: Run) -> None:
+    """Set conditions by their sides at the guesses."""
+    seen = run.instant.seen
+    for _ in range(3):
+        evaluate(run.plant.opened, run, run.x, run.t, run.m, seen.greater)
+        set_by_sides(run.plant, seen, run.m)
+
+
+@kernel
+def _place_guess(run: Run, m: Numbers, k: int) -> None:
+    """Guesses of a try: the first ones, or away from them."""
+    plant = run.plant
+    n = plant.implicit
+    now, direction = m[plant.settings - n :], plant.any_direction[k * n :]
+    distance = 0.0 if k == 0 else _DISTANCE[(k - 1) // _ROUNDS]
+    for i in range(n):
+        now[i] = run.first_guess[i] + distance * direction[i]
 
 
 @kernel

@@ -31,7 +31,7 @@ from lumped.kernel.instants.holds import (
     stop,
 )
 from lumped.kernel.instants.impacts import HAS_COLLIDED, NO_ANSWER, collide, halt
-from lumped.kernel.instants.linkages import close
+from lumped.kernel.instants.linkages import close, close_first
 from lumped.kernel.instants.reactions import (
     CHANGES,
     FITS,
@@ -321,7 +321,7 @@ def find_positions(run: Run) -> int:
 def _begin_positions(run: Run) -> int:
     """Set conditions at the start by their sides; gives NOT_CLOSED if a linkage does not close."""
     plant, instant = run.plant, run.instant
-    if not close(run, run.x, run.t, run.m):
+    if not close_first(run):
         return NOT_CLOSED
     release_demands(plant, run.m)
     for _ in range(3):

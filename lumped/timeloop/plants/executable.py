@@ -35,7 +35,7 @@ from lumped.timeloop.plants.written_step import WrittenStep
 
 WORTH = 30_000
 """Evaluations of functions that take as long as compiling them."""
-_SELDOM = ("leverage", "following", "jacobian")
+_SELDOM = ("leverage", "following", "jacobian", "opened")
 """Functions that explicit steps need at most once in a step, each compiled for itself."""
 _LARGE = 30_000
 """Nonzeros of a Jacobian from which on it is found along directions if they are more than the

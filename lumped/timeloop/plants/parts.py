@@ -21,6 +21,7 @@ from lumped.code.operations import (
     first_results,
     operations_of,
 )
+from lumped.compiler.open_conditions import open_conditions
 from lumped.compiler.system import System
 from lumped.kernel.enclosed import Enclosed
 from lumped.kernel.instants.linkages import DIRECTIONS
@@ -134,6 +135,9 @@ def parts_of(system: System, leverage: float = FAIR_LEVERAGE) -> Parts:
         functions["margin"] = system.margins
     if implicit:
         functions["closure"] = system.closure
+    opened = open_conditions(system) if implicit else None
+    if opened is not None:
+        functions["opened"] = opened
     pairs, ratios = levers(system, leverage)
     if pairs:
         functions["leverage"] = ca.Function("leverage", system.inputs, [ratios])
@@ -162,6 +166,7 @@ def parts_of(system: System, leverage: float = FAIR_LEVERAGE) -> Parts:
         "jumps": len(s.jumps),
         "jump_values": s.values.numel(),
         "levers": len(pairs),
+        "has_opened": int(opened is not None),
         "followers": len(names),
         "invariants": invariants,
         "forcings": forced.results,

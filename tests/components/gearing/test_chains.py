@@ -48,6 +48,56 @@ class TestPolygon:
         assert np.isclose(a[1] - a[0], PITCH * W**2, rtol=1e-6)
 
 
+def way_of(x, z):
+    """Pitches that have passed, and what the joint that pulls has moved from the middle."""
+    y = (x + np.pi / z) % (2 * np.pi / z) - np.pi / z
+    return PITCH * np.round((x - y) * z / (2 * np.pi)) + PITCH / 2 / np.sin(np.pi / z) * np.sin(y)
+
+
+@pytest.mark.parametrize("z", [7, 12])
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.5, -1.9])
+@pytest.mark.parametrize("begin", [0.0, 0.02, -0.11])
+def test_a_chain_in_prescribed_motion_turns_the_sprocket(z, phase, begin):
+    """The angle is a root of the way, which grows with it; no state is left."""
+    for v in (0.3, -0.3):
+        system = assemble_rows(
+            "body sprocket.flange_a",
+            "sprocket.flange_b drive",
+            body=Inertia(J=1.0),
+            sprocket=Sprocket(z=z, pitch=PITCH, phase=phase),
+            drive=translation.Position(s=begin + v * lp.time),
+            keep=["body.phi"],
+        )
+        assert not system.state_names
+        run = lp.simulate(system, until=1.0, grid=40)
+        assert np.abs(way_of(run["body.phi"] + phase, z) - begin - v * run.t).max() < 1e-12
+        y = (run["body.phi"] + phase + np.pi / z) % (2 * np.pi / z) - np.pi / z
+        expected = v / (PITCH / 2 / np.sin(np.pi / z) * np.cos(y))
+        away = np.abs(np.abs(y) - np.pi / z) > 1e-6
+        assert np.abs(run["body.w"] / expected - 1)[away].max() < 1e-9
+        assert len(run.events) >= 10
+
+
+@pytest.mark.parametrize("phases", [(0.0, 0.0), (0.1, 0.5)])
+def test_two_sprockets_on_a_rigid_strand_keep_their_energy(phases):
+    system = assemble_rows(
+        "motor first.flange_a",
+        "first.flange_b second.flange_b",
+        "second.flange_a drum",
+        motor=Inertia(J=0.5, w=5.0, phi=0.0),
+        first=Sprocket(z=9, pitch=PITCH, phase=phases[0]),
+        second=Sprocket(z=14, pitch=PITCH, phase=phases[1]),
+        drum=Inertia(J=2.0),
+        keep=["drum.phi"],
+    )
+    run = lp.simulate(system, until=2.0, rtol=1e-10)
+    first = way_of(run["motor.phi"] + phases[0], 9)
+    assert np.abs(way_of(run["drum.phi"] + phases[1], 14) - first).max() < 1e-13
+    energy = 0.25 * run["motor.w"] ** 2 + run["drum.w"] ** 2
+    assert np.ptp(run["motor.w"]) > 0.1
+    assert np.abs(energy / energy[0] - 1).max() < 1e-9
+
+
 def test_rotor_and_chain_keep_their_energy_forwards_and_backwards():
     for w in (5.0, -5.0):
         system = assemble_row(

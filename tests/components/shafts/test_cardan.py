@@ -12,8 +12,10 @@ from lumped.components import (
     Damper,
     Fixed,
     Inertia,
+    NonlinearSpring,
     Position,
     Speed,
+    Spring,
     Torque,
 )
 from lumped.errors import ParameterError
@@ -191,3 +193,103 @@ class TestShaft:
         energy = 0.25 * run["motor.w"] ** 2 + run["drum.w"] ** 2 + 250 * twist**2
         assert np.ptp(twist) > 0.05
         assert np.abs(energy / energy[0] - 1).max() < 1e-8
+
+
+class TestBetweenSprings:
+    """A joint without inertia, whose angle follows from the balance of torques."""
+
+    @pytest.mark.parametrize("beta", [0.1, 0.3, 1.0])
+    @pytest.mark.parametrize("c", [(1e3, 1e3), (1e3, 1e5), (1e6, 1e2), (1.0, 1e-2)])
+    def test_torques_reverse_as_in_an_independent_integration(self, beta, c):
+        """The torque of the motor and the bend reverse both springs again and again."""
+        J, phase, w, load = (0.5, 2.0), 0.2, 40.0, c[1] / 100
+        system = assemble_row(
+            load=Torque(tau=load * lp.ops.sin(9 * lp.time)),
+            motor=Inertia(J=J[0], w=w, phi=0.0),
+            a=Spring(c=c[0]),
+            joint=CardanJoint(beta=beta, phase=phase),
+            b=Spring(c=c[1]),
+            drum=Inertia(J=J[1], w=w, phi=end_of(0.0, beta, phase)[0]),
+            keep=["motor.phi", "drum.phi"],
+        )
+        assert not system.structure.implicit
+        run = lp.simulate(system, until=1.0, grid=50, rtol=1e-10)
+
+        def rates(t, z):
+            """The joint stands where the springs hold the least energy."""
+            motor, drum = z[0], z[2]
+
+            def pull(x):
+                end, ratio = end_of(x, beta, phase)
+                return c[0] * (x - motor) + ratio * c[1] * (end - drum)
+
+            x = scipy.optimize.brentq(pull, motor - 2, motor + 2, xtol=1e-14, rtol=1e-14)
+            back = c[1] * (end_of(x, beta, phase)[0] - drum)
+            tau = c[0] * (x - motor) + load * np.sin(9 * t)
+            return z[1], tau / J[0], z[3], back / J[1]
+
+        begin = (0.0, w, end_of(0.0, beta, phase)[0], w)
+        found = scipy.integrate.solve_ivp(
+            rates, (0, 1.0), begin, "DOP853", t_eval=run.t, rtol=1e-11, atol=1e-12
+        )
+        twist = run["b.phi_rel"]
+        assert (np.diff(np.sign(twist[1:])) != 0).sum() >= 1
+        names = ("motor.phi", "motor.w", "drum.phi", "drum.w")
+        for name, expected in zip(names, found.y, strict=True):
+            assert np.abs(run[name] - expected).max() < 1e-7
+
+    @pytest.mark.parametrize("springs", ["CC", "CN", "NC", "NN"])
+    def test_nonlinear_springs_keep_their_energy(self, springs):
+        """Rows of twist and torque below whose first bend the spring is linear."""
+        made = {
+            "C": lambda: Spring(c=800.0),
+            "N": lambda: NonlinearSpring(characteristic=((0, 0), (0.9, 720.0), (1.0, 1000.0))),
+        }
+        a, b = (made[kind]() for kind in springs)
+        run = lp.simulate(
+            assemble_row(
+                motor=Inertia(J=0.5, w=20.0),
+                a=a,
+                joint=CardanJoint(beta=0.6),
+                b=b,
+                drum=Inertia(J=2.0, w=18.0),
+            ),
+            until=2.0,
+            rtol=1e-10,
+        )
+        twists = run["a.phi_rel"] ** 2 + run["b.phi_rel"] ** 2
+        energy = 0.25 * run["motor.w"] ** 2 + run["drum.w"] ** 2 + 400 * twists
+        assert 0.9 > np.abs(run["a.phi_rel"]).max() > 0.05
+        assert np.abs(energy / energy[0] - 1).max() < 1e-8
+
+    @pytest.mark.parametrize("order", ["torque first", "torque last"])
+    def test_a_torque_at_the_joint_itself_twists_the_spring(self, order):
+        """``c phi_rel`` is the torque over the ratio of speeds, which a long pull shows."""
+        parts = {
+            "pull": Torque(tau=5 * lp.ops.sin(lp.time)),
+            "joint": CardanJoint(beta=0.5, phase=0.1),
+            "spring": Spring(c=2e3),
+            "drum": Inertia(J=2.0),
+        }
+        names = list(parts) if order == "torque first" else list(parts)[::-1]
+        run = lp.simulate(
+            assemble_row(
+                **{name: parts[name] for name in names},
+                keep=["joint.flange_a.phi", "joint.flange_b.phi"],
+            ),
+            until=6.0,
+            rtol=1e-10,
+        )
+        _, ratio = end_of(run["joint.flange_a.phi"], 0.5, 0.1)
+        ratio, sign = (1 / ratio, -1) if order == "torque first" else (ratio, 1)
+        expected = sign * 5 * np.sin(run.t) * ratio
+        assert np.ptp(run["joint.flange_a.phi"]) > 3
+        assert np.abs(run["spring.tau"] - expected).max() < 1e-9
+
+
+def end_of(x, beta, phase):
+    """Angle of shaft b, within half a turn of that of shaft a, and the ratio of their speeds."""
+    fork = x + phase
+    y = np.arctan2(np.sin(fork), np.cos(beta) * np.cos(fork))
+    y = y + 2 * np.pi * np.round((fork - y) / (2 * np.pi))
+    return y - phase, np.cos(beta) / (1 - (np.sin(beta) * np.cos(fork)) ** 2)
