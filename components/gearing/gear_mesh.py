@@ -87,7 +87,7 @@ class GearMesh(Component):
     stiffness is proportional: without overlap, n or ``n + 1`` pairs of teeth at once. Instead of
     `error`, `error_curve` are rows of the position and the error, m, such as that of a profile
     relief, of which the mean does not count. Curves and contact ratios are taken by their first
-    `harmonics`.
+    `harmonics`; with none of them the stiffness is its mean.
 
     With `teeth`, a `lumped.life.MeshStiffness`, gear a is the pinion: radii, stiffness and backlash
     follow from the geometry of the pair, and b is internal if its wheel is.
@@ -144,9 +144,9 @@ class GearMesh(Component):
         phi_a, phi_b = a.phi - housing.phi, b.phi - housing.phi
         internal = self.internal or (self.teeth is not None and self.teeth.pair.internal)
         r_b = -self.r_b if internal else self.r_b
-        if not isinstance(self.harmonics, int) or self.harmonics < 1:
+        if not isinstance(self.harmonics, int) or self.harmonics < 0:
             raise EquationError(
-                f"harmonics = {shown(self.harmonics)}: a whole number, at least 1, is needed."
+                f"harmonics = {shown(self.harmonics)}: a whole number, not negative, is needed."
             )
         x = self.z * phi_a
         e, e_slope = summed(self._error(), x)

@@ -303,7 +303,7 @@ def gears(**fields):
         ({"stiffness": ((1, 1.2, 0.0),)}, "stiffness is not positive"),
         ({"stiffness": ((-1, 0.2, 0.0),)}, "harmonic -1 must be above 0"),
         ({"overlap_ratio": 1.5}, "contact_ratio is needed"),
-        ({"contact_ratio": 1.5, "harmonics": 0}, "harmonics = 0"),
+        ({"contact_ratio": 1.5, "harmonics": -3}, "harmonics = -3"),
         ({"contact_ratio": 1.5, "harmonics": 2.5}, "harmonics = 2.5"),
     ],
 )
