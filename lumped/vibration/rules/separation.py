@@ -105,11 +105,16 @@ def separation(
             )
         own = _margin_of(margin, 1.0, source, between)
         results += _judge_frequencies(critical, frequencies, own, between, clause)
-    notes: tuple[str, ...] = ()
+    notes: list[str] = []
     if not every:
         first, last = (speed_unit().value(end) for end in searched[0])
-        notes = (f"no critical speed lies from {first:.6g} to {last:.6g} {speed_unit().unit}",)
-    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), notes)
+        notes.append(f"no critical speed lies from {first:.6g} to {last:.6g} {speed_unit().unit}")
+    if frequencies and isinstance(critical, Campbell) and np.ptp(critical.hertz, axis=0).any():
+        notes.append(
+            f"between the {len(critical.speeds)} speeds of the diagram natural frequencies are "
+            "taken on lines"
+        )
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)), tuple(notes))
 
 
 def _margin_of(

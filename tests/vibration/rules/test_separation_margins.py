@@ -84,6 +84,7 @@ def test_the_frequency_of_the_line_excites_at_every_speed():
     assert rows["mode 1, line"].value == pytest.approx(0.84, rel=1e-9)
     assert rows["mode 1, twice the line"].value == pytest.approx(0.08, rel=1e-9)
     assert [row.passed for row in told.results] == [False, True, True]
+    assert not told.notes
     nameless = separation(found, (RATED, RATED), frequencies=[92.0])
     assert nameless.results[0].quantity == "mode 1, 92 Hz"
     assert nameless.results[0].value < 1e-9
@@ -116,6 +117,8 @@ def test_a_frequency_that_rises_with_the_speed_is_met_in_operation_only():
     far = rows["mode 1, 20 Hz"]
     assert far.value == pytest.approx(1 - hertz(RATED) / 20.0, rel=1e-4)
     assert far.speed == pytest.approx(RATED)
+    on_lines = "between the 40 speeds of the diagram natural frequencies are taken on lines"
+    assert told.notes[-1] == on_lines
 
 
 def test_a_rule_without_text_is_refused_with_the_list():
