@@ -1,9 +1,10 @@
 """Load terms of the friction of rolling bearings, by type.
 
 Constants of deep groove and angular contact ball bearings: SKF, Rolling bearings, 2018 (the SKF
-model for calculating the frictional moment, tables of geometric constants). Each type is called
-with the radial and axial load, N, the mean diameter, mm, and the speed, 1/min, and gives the
-variables of rolling and sliding friction; a function of your own does as well.
+model for calculating the frictional moment, tables of geometric constants), as public programs have
+them; the catalogue itself was not read. Each type is called with the radial and axial load, N, the
+mean diameter, mm, and the speed, 1/min, and gives the variables of rolling and sliding friction; a
+function of your own does as well.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ __all__ = ["ShaftSeal"]
 class ShaftSeal(_OnShaft):
     """Friction of a radial lip seal: ``tau = k d^2`` against the motion, ``peak`` times at rest.
 
-    ``k = 73.4 N/m`` is that of ISO/TR 14179-2, a loss of ``7.69e-6 d^2 n`` W at d in mm and n in
-    1/min. The shaft goes through from flange a to flange b.
+    ``k = 73.4 N/m`` is that of ISO/TR 14179-2 as a public program has it, a loss of
+    ``7.69e-6 d^2 n`` W at d in mm and n in 1/min. The shaft goes through from flange a to flange b.
     """
 
     symbol = "bearing"

@@ -70,8 +70,8 @@ class DiscWindage(_Drag):
 class GearWindage(_Drag):
     """Drag of the air on a gear: ``tau = 1.37e-9 v^1.9 d^1.6 b^0.52 m^0.69`` at the pitch circle.
 
-    With the speed ``v = w d / 2`` in m/s and diameter, width and module in mm (Maurer, in the loss
-    calculation of gears by FVA); for air of the surroundings, without oil.
+    With the speed ``v = w d / 2`` in m/s and diameter, width and module in mm, as a public program
+    for losses of gears has it; for air of the surroundings, without oil.
     """
 
     d: Param = param("m", "diameter of the pitch circle", above=0)

@@ -1,6 +1,7 @@
 """Torque converters and fluid couplings by their measured capacity.
 
-Source: VDI 2153 (hydrodynamic power transmission: speed ratio, torque ratio, capacity).
+Source: VDI 2153 (hydrodynamic power transmission: speed ratio, torque ratio, capacity), as the
+manual of VECTO tells it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Excitation of synchronous machines, and damping of power oscillations by it.
 
-Sources: Kundur, Power System Stability and Control, ch. 8 and 12; IEEE Std 421.5, types ST1A and
-PSS1A, of which these are the parts that small and large oscillations need.
+Sources: Kundur, Power System Stability and Control, ch. 8 and 12; IEEE Std 421.5, type ST1A as
+OpenIPSL has it; its type PSS1A was not read. These are the parts that small and large oscillations
+need.
 """
 
 from __future__ import annotations

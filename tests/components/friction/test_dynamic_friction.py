@@ -55,7 +55,7 @@ def test_a_loop_of_dahl_has_its_area():
 
 # -- LuGre -------------------------------------------------------------------------------------
 
-# Canudas de Wit and others 1995, table 1
+# of Canudas de Wit and others 1995, as public programs have them
 SIGMA_0, SIGMA_1, SIGMA_2, F_C, F_S, V_S = 1e5, np.sqrt(1e5), 0.4, 1.0, 1.5, 0.001
 
 
@@ -84,8 +84,8 @@ def test_before_sliding_lugre_is_a_spring_that_creeps():
     assert run["part.phi_rel"][-1] == pytest.approx(creep, rel=1e-7)
 
 
-def test_stick_slip_follows_the_published_rig():
-    """A mass on a spring, the end of which moves at 0.1: 1 kg and 2 N/m of the paper's figure 4."""
+def test_stick_slip_follows_another_integration():
+    """A mass on a spring, the end of which moves at 0.1: 1 kg and 2 N/m."""
     J, k, v = 1.0, 2.0, 0.1
     system = assemble_row(
         wall=Fixed(), part=LuGre(**LUGRE), body=Inertia(J=J), spring=Spring(c=k), drive=Speed(w=v)
